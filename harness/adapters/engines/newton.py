@@ -1,4 +1,4 @@
-"""Newton on Warp: three of its solvers of rigid bodies, which step a model in float32, on a processor or a graphics card.
+"""Newton on Warp: four of its solvers of rigid bodies, which step a model in float32, on a processor or a graphics card.
 
 How it is driven: `ModelBuilder` makes a model of links, joints and shapes; `CollisionPipeline` finds contacts at the start of
 each step, and `solver.step` moves one `State` into another; both are recorded once and replayed (`ScopedCapture`). The
@@ -10,9 +10,11 @@ corrects the inertia of a body unless it is told not to; friction has torsional 
 float32, so an error stops falling at some 1e-5 to 1e-3 of the motion. XPBD sets speeds below 1e-4 (m/s, rad/s) to zero in
 each iteration ("this improves gradient stability", `apply_body_deltas`): `millikan_oil_drop` never leaves rest, nor does
 `gyrocompass_damped` at fine steps, because a step adds less than that. On a hinge it brakes fast rotation, w' = -w^3 dt/2:
-`flywheel`, at 30 rad/s, still errs by 0.3 at steps of 8e-5 s.
+`flywheel`, at 30 rad/s, still errs by 0.3 at steps of 8e-5 s. VBD brakes all rotation, a free body by w' = -w^3 dt/12.
 
-SolverMuJoCo, SolverVBD and SolverKamino were tried and do not take part: docs/libraries.md says what was seen. `newton` installs
+VBD takes velocities from poses, which are float32: its errors stop falling at longer steps than those of the other solvers.
+
+SolverMuJoCo and SolverKamino were tried and do not take part: docs/libraries.md says what was seen. `newton` installs
 without `mujoco` and `mujoco-warp`, and without them SolverMuJoCo raises ImportError. SolverSteel is not driven; the solvers of
 cloth and particles hold no rigid bodies.
 """
@@ -56,6 +58,10 @@ PENALTY_HAS_NOT = {
     "rope": "tendons in this solver",
     "driven_axis": "joints or tendons whose coordinate is prescribed",
 }
+DESCENT_HAS_NOT = {
+    "rope": "ropes: with its tendons a mass on a rope through a hole errs more as the step shortens",
+    "moving_surface": "surfaces that move in place: the velocity of a body without mass is the difference of its poses",
+}
 CONSTRAINED = frozenset({"hinge", "slider", "ball_joint", "rod", "rope", "rigid_impact", "coulomb_isotropic"}) | {
     "thin_rod_contact"
 }
@@ -82,7 +88,7 @@ def lines(name: str, *options: str, **more: str) -> Mapping[str, str]:
 class Newton(SceneIntegrator):
     """What the solvers have in common: order 1, symplectic Euler; forces once a step.
 
-    `reduced`: the solver moves the coordinates of joints; `penalty`: contacts are springs and dampers.
+    `reduced`: the solver moves the coordinates of joints; `springs`: the coefficients of contacts that it uses.
     """
 
     library = "newton"
@@ -90,12 +96,12 @@ class Newton(SceneIntegrator):
     lacks: ClassVar[Mapping[str, str]] = NO_SOLVER_HAS | PENALTY_HAS_NOT
     configured: ClassVar[bool] = True
     reduced: ClassVar[bool] = False
-    penalty: ClassVar[bool] = True
+    springs: ClassVar[tuple[str, ...]] = ("ke", "kd", "kf")
     bits = 24
     sweep = Steps(coarsest=0.5, halvings=3)  # finer steps show the rounding of binary32
 
     def world(self, form: SceneForm, dt: float) -> World:
-        return World(form, dt, self.solver, reduced=self.reduced, penalty=self.penalty, configured=self.configured)
+        return World(form, dt, self.solver, reduced=self.reduced, springs=self.springs, configured=self.configured)
 
     def solver(self, world: World) -> Any:
         """The engine's solver for a world with a model."""
@@ -139,7 +145,7 @@ class XPBD(Newton):
     Mueller, Macklin, Chentanez, Jeschke and Kim 2020.
     """
 
-    name, penalty = "SolverXPBD", False
+    name, springs = "SolverXPBD", ()
     lacks = NO_SOLVER_HAS
     iterations: ClassVar[Mapping[str, int]] = {"iterations": 10}
     lines = lines(
@@ -154,6 +160,30 @@ class XPBD(Newton):
         if "rigid_impact" in world.needs:
             settings["enable_restitution"] = world.settings["enable_restitution"] = True
         return world.newton.solvers.SolverXPBD(world.model, **settings)
+
+
+class VBD(Newton):
+    """Augmented vertex block descent: implicit Euler, solved body by body. Order 1. Joints and contacts are stiff springs.
+
+    Giles, Diaz and Yuksel 2025. The springs of joints stiffen as the step shortens, as in SolverSemiImplicit.
+    """
+
+    name, springs = "SolverVBD", ("ke", "kd")
+    lacks = NO_SOLVER_HAS | PENALTY_HAS_NOT | DESCENT_HAS_NOT
+    lines = lines(
+        name,
+        *("friction_epsilon", "rigid_joint_linear_ke", "rigid_joint_angular_ke"),
+        ke=PENALTY_LINES["ke"],
+        kd=PENALTY_LINES["kd"],
+    )
+
+    def solver(self, world: World) -> Any:
+        settings = world.chosen(friction_epsilon=1e-5)
+        held = world.assembly.light
+        if held < float("inf"):
+            stiff = 10 * held / world.dt**2
+            settings |= world.chosen(rigid_joint_linear_ke=stiff, rigid_joint_angular_ke=stiff)
+        return world.newton.solvers.SolverVBD(world.model, **settings)
 
 
 class FeatherstoneAsShipped(Featherstone):
@@ -174,6 +204,12 @@ class XPBDAsShipped(XPBD):
     policy, configured, order = "as shipped", False, None
 
 
+class VBDAsShipped(VBD):
+    """The same solver with its defaults: joints and contacts of a fixed stiffness, and friction that fades below 0.01 m/s."""
+
+    policy, configured, order = "as shipped", False, None
+
+
 class XPBDTight(XPBD):
     """XPBD as configured, with ten times the iterations, also of restitution."""
 
@@ -185,4 +221,7 @@ class XPBDTight(XPBD):
         return super().unsupported(form) or idle(form, CONSTRAINED)
 
 
-INTEGRATORS = (Featherstone, SemiImplicit, XPBD, FeatherstoneAsShipped, SemiImplicitAsShipped, XPBDAsShipped, XPBDTight)
+INTEGRATORS = (
+    *(Featherstone, SemiImplicit, XPBD, VBD),
+    *(FeatherstoneAsShipped, SemiImplicitAsShipped, XPBDAsShipped, VBDAsShipped, XPBDTight),
+)

@@ -39,7 +39,7 @@ class Assembly:
     """The parts of a scene, and the model made of them.
 
     `chosen(**settings)` gives those of the settings that are to be set; `reduced`: the solver moves coordinates of joints;
-    `penalty`: contacts are springs and dampers.
+    `springs`: the coefficients of contacts that the solver uses.
     """
 
     def __init__(
@@ -50,13 +50,13 @@ class Assembly:
         chosen: Callable[..., dict[str, Any]],
         *,
         reduced: bool,
-        penalty: bool,
+        springs: tuple[str, ...],
     ) -> None:
         import newton  # optional, and slow: 6 s
         import warp
 
         self.newton, self.warp, self.needs, self.dt = newton, warp, needs, dt
-        self.chosen, self.reduced, self.penalty = chosen, reduced, penalty
+        self.chosen, self.reduced, self.springs = chosen, reduced, springs
         self.parts: dict[str, Part] = {}
         self.light = float("inf")
         """The least effective mass that a joint holds: kg, or kg m^2 where it holds an attitude."""
@@ -74,6 +74,7 @@ class Assembly:
             self._touch(contact)
         for rope in scene.ropes:
             self._tie(rope)
+        self.builder.color()  # SolverVBD moves the bodies of one colour at a time; the other solvers do not look
         self.model = self.builder.finalize(**chosen(skip_validation_inertia=True))
 
     def _holds(self, joint: Hinge | Slider | None) -> bool:
@@ -169,7 +170,8 @@ class Assembly:
             "kd": body.mass * rate / points,
             "kf": body.mass * rate / 2 / points,
         }
-        for name, value in self.chosen(mu_torsional=0.0, mu_rolling=0.0, **(stiff if self.penalty else {})).items():
+        settings = {name: stiff[name] for name in self.springs}
+        for name, value in self.chosen(mu_torsional=0.0, mu_rolling=0.0, **settings).items():
             setattr(config, name, value)
         self._shape(body, config)
         # Spheres stand for a point and for the ends of a rod: the plane is as far below as their radius.

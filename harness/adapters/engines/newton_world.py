@@ -28,7 +28,7 @@ class World:
         make: Callable[["World"], Any],
         *,
         reduced: bool,
-        penalty: bool,
+        springs: tuple[str, ...],
         configured: bool,
     ) -> None:
         if find_spec("newton") is None:  # the status is then `not_installed`
@@ -41,7 +41,7 @@ class World:
 
         self.newton, self.warp = newton, warp
         self.needs, self.dt, self.make = form.needs, dt, make
-        self.kind, self.configured = {"reduced": reduced, "penalty": penalty}, configured
+        self.kind, self.configured = {"reduced": reduced, "springs": springs}, configured
         self.settings: dict[str, Any] = {"lock_inertia": True}  # else shapes add to the mass that the scene declares
         self.options: Mapping[str, Any] = self.settings
         self.traced: Scene | None = None
@@ -132,6 +132,7 @@ class World:
             state.joint_qd.assign(qd)
             self.newton.eval_fk(self.model, state.joint_q, state.joint_qd, state)
             state.body_f.zero_()
+        self.solver.reset(self.states[0], flags=0)  # the reactions and poses that a solver keeps from the step before
 
     def advance(self, steps: int) -> None:
         pushed = bool(self.scene.forces or self.scene.torques or self.scene.impulses)

@@ -14,12 +14,14 @@ from gnomon.cases import Case, get, names
 from gnomon.cases.core.scene import TOKENS
 from gnomon.harness.adapters.engines.newton import (
     INTEGRATORS,
+    VBD,
     XPBD,
     Featherstone,
     FeatherstoneAsShipped,
     Newton,
     SemiImplicit,
     SemiImplicitAsShipped,
+    VBDAsShipped,
     XPBDAsShipped,
     XPBDTight,
 )
@@ -29,7 +31,7 @@ from gnomon.harness.contract.integrator import Floats, Refused
 from gnomon.harness.contract.problem import initial_state, problem_of
 from on_cases import exact_states, recorded
 
-CONFIGURED = (Featherstone, SemiImplicit, XPBD)
+CONFIGURED = (Featherstone, SemiImplicit, XPBD, VBD)
 steps_a_world = pytest.mark.skipif(find_spec("newton") is None, reason="newton is not installed")
 
 
@@ -86,7 +88,7 @@ def test_without_the_library_a_run_is_not_prepared(monkeypatch: pytest.MonkeyPat
 RATIOS = [
     *(
         (policy, name)
-        for policy in CONFIGURED
+        for policy in (Featherstone, SemiImplicit, XPBD)
         for name in ("harmonic_oscillator", "projectile_stokes_drag", "lagrange_top")
     ),
     (Featherstone, "double_pendulum"),  # point masses on a hinge that moves
@@ -97,6 +99,8 @@ RATIOS = [
     (XPBD, "swinging_atwood"),
     (XPBD, "central_force_shortened_string"),
     (XPBD, "newtons_cradle"),
+    *((VBD, name) for name in ("harmonic_oscillator", "projectile_stokes_drag", "wedge_block_energy_momentum")),
+    *((VBD, name) for name in ("euler_top", "block_incline_friction", "coulomb_friction_oscillator")),
 ]
 
 
@@ -201,7 +205,7 @@ def test_the_line_of_each_option_sets_it() -> None:
     """Whatever is recorded on the scenes of the suite `engines` has a line, which the engine takes."""
     import newton
 
-    for policy in (*CONFIGURED, XPBDTight, XPBDAsShipped):
+    for policy in (*CONFIGURED, XPBDTight, XPBDAsShipped, VBDAsShipped):
         options = recorded(policy)
         assert options.keys() <= policy.lines.keys()
         names: dict[str, Any] = {"newton": newton, "builder": newton.ModelBuilder(), "mass": 1.0, "body": 0}
@@ -236,6 +240,30 @@ def test_xpbd_brakes_rotation_on_a_hinge() -> None:
         dt = span / parts
         lost = case.sample(case.times[:1])[0, 1] - states(XPBD, case, dt)[0, 1]
         assert lost == pytest.approx(rate**3 * dt / 2 * span, rel=0.15)
+
+
+@pytest.mark.slow
+@steps_a_world
+def test_vbd_brakes_a_free_rotation() -> None:
+    """A step turns a body by 2 atan(w dt/2), from which the rate follows: w' = -w^3 dt/12. Steps of 0.1 rad and more show it."""
+    import newton
+
+    builder = newton.ModelBuilder(gravity=(0.0, 0.0, 0.0))
+    builder.add_body(mass=1.0, inertia=tuple(np.eye(3).flatten()))
+    builder.color()
+    model = builder.finalize()
+    rate, dt, steps = 30.0, 5e-3, 20
+    solver, (old, new) = newton.solvers.SolverVBD(model), (model.state(), model.state())
+    spin = old.joint_qd.numpy()
+    spin[-1] = rate
+    old.joint_qd.assign(spin)
+    newton.eval_fk(model, old.joint_q, old.joint_qd, old)
+    for _ in range(steps):
+        solver.step(old, new, model.control(), None, dt)
+        old, new = new, old
+    expected = 1 / np.sqrt(1 / rate**2 + dt * steps * dt / 6)  # the exact solution of w' = -w^3 dt/12
+    assert old.body_qd.numpy()[0, 5] == pytest.approx(expected, rel=0.005)
+    assert expected < 0.97 * rate
 
 
 @pytest.mark.slow
