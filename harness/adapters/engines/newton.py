@@ -175,6 +175,7 @@ class VBD(Newton):
         *("friction_epsilon", "rigid_joint_linear_ke", "rigid_joint_angular_ke"),
         ke=PENALTY_LINES["ke"],
         kd=PENALTY_LINES["kd"],
+        skip_validation_inertia="builder.color(); model = builder.finalize(skip_validation_inertia={})  # it needs colours",
     )
 
     def solver(self, world: World) -> Any:

@@ -99,8 +99,8 @@ RATIOS = [
     (XPBD, "swinging_atwood"),
     (XPBD, "central_force_shortened_string"),
     (XPBD, "newtons_cradle"),
-    *((VBD, name) for name in ("harmonic_oscillator", "projectile_stokes_drag", "wedge_block_energy_momentum")),
-    *((VBD, name) for name in ("euler_top", "block_incline_friction", "coulomb_friction_oscillator")),
+    *((VBD, name) for name in ("harmonic_oscillator", "projectile_stokes_drag", "euler_top")),
+    *((VBD, name) for name in ("block_incline_friction", "coulomb_friction_oscillator")),
 ]
 
 
