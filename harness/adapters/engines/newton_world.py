@@ -132,7 +132,6 @@ class World:
             state.joint_qd.assign(qd)
             self.newton.eval_fk(self.model, state.joint_q, state.joint_qd, state)
             state.body_f.zero_()
-        self.solver.reset(self.states[0], flags=0)  # the reactions and poses that a solver keeps from the step before
 
     def advance(self, steps: int) -> None:
         pushed = bool(self.scene.forces or self.scene.torques or self.scene.impulses)
