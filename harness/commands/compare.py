@@ -53,7 +53,7 @@ def compare(
     for one in changes:
         if one.why:
             out.print(escape(f"{_name(one)}: no setting that both solved; {one.why}"), highlight=False)
-    for line in verdict.notes:
+    for line in (*verdict.notes, *regression.slower(changes)):
         out.print(escape(line))
     for line in verdict.regressions:
         out.print(f"[red]worse[/] {escape(line)}")

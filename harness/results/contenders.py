@@ -6,6 +6,7 @@ default variants in the case's own formulation count, of which times are precise
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from operator import itemgetter
 from typing import Any, NamedTuple
 
 from gnomon.harness.adapters.libraries import LIBRARIES
@@ -101,22 +102,24 @@ def scatters(series: Sequence[Timed]) -> dict[str, Scatter]:
     return {THIRD: scatter_of([one for one in series if division(one.library) == THIRD]), YOURS: every, OWN: every}
 
 
+_series = itemgetter("case", "variant", "formulation", "integrator_id", "machine")
+
+
 def launched(rows: Iterable[Row]) -> list[Timed]:
     """Of each series that was launched several times, the setting with most launches; of several, the middle one."""
     series: dict[tuple[Any, ...], dict[Any, dict[Launch, float]]] = {}
-    library: dict[tuple[Any, ...], str] = {}
     for row in rows:
         seconds = row["seconds_median"]
         if row["status"] in SCORED and seconds is not None and seconds > 0:
-            key = tuple(row[name] for name in ("case", "variant", "formulation", "integrator_id", "machine"))
-            library[key] = row["library"]
-            series.setdefault(key, {}).setdefault(row["setting"], {})[row["run"], row["launch"]] = seconds
+            series.setdefault(_series(row), {}).setdefault(row["setting"], {})[row.get("run", 1), row["launch"]] = (
+                seconds
+            )
     found = []
     for key, settings in sorted(series.items(), key=lambda item: str(item[0])):
         most = max(map(len, settings.values()))
         often = sorted((setting for setting, at in settings.items() if len(at) == most), key=lambda s: s or 0.0)
         if most > 1:
-            found.append(Timed(library[key], settings[often[len(often) // 2]]))
+            found.append(Timed(str(key[-2]).partition(":")[0], settings[often[len(often) // 2]]))
     return found
 
 

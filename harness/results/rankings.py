@@ -37,7 +37,7 @@ SOLVED, CONDITIONED = 1e-6, 1e3
 
 def scatter(frame: pd.DataFrame) -> dict[str, Scatter]:
     """The scatter between launches in the rows of `analysis.tidy` by division, see `contenders.scatters`."""
-    columns = ("case", "variant", "formulation", "integrator_id", "machine", "library", "setting", "run", "launch")
+    columns = ("case", "variant", "formulation", "integrator_id", "machine", "setting", "run", "launch")
     timed = frame[frame["seconds_median"].notna()]
     return scatters(launched(records(timed, (*columns, "status", "seconds_median"))))
 

@@ -8,6 +8,7 @@ import math
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from operator import itemgetter
 from statistics import median
 from typing import Any
 
@@ -29,7 +30,8 @@ from gnomon.harness.results.separation import compare as compare_times
 from gnomon.harness.results.values import THROUGHOUT, TRIES
 
 SERIES = ["case", "variant", "formulation", "integrator_id"]
-TEXTS = ["setting_kind", "numbers", "status", "reason", "machine", "library"]
+_name = itemgetter(*SERIES)
+TEXTS = ["setting_kind", "numbers", "status", "reason", "machine"]
 NUMBERS = [
     "setting", "span", "limit_seconds", "repeats", "turned_starts", "error_max", "floor", "conditioning", "rhs_calls",
     "seconds_median",
@@ -103,12 +105,6 @@ def compare(base: Sequence[Row], run: Sequence[Row], allow_missing: bool = False
     if not verdict.compared and not verdict.regressions:
         raise ValueError(f"no setting of the two runs can be compared: {reasons(verdict.not_compared)}")
     verdict.regressions += incomparable
-    verdict.notes += [
-        f"{' '.join(one.name)}: {one.seconds.ratio:.2g} ({one.seconds.low:.2g} – {one.seconds.high:.2g}) times the time of the"
-        " base (advisory)"
-        for one in changes(base, run)
-        if one.seconds.state == SLOWER and one.seconds.ratio > EQUAL_WITHIN
-    ]
     missing = [name for name in before if name not in after]
     if missing:
         lacking = sum(row["status"] in ANSWERED for name in missing for row in before[name])
@@ -178,11 +174,22 @@ def changes(base: Sequence[Row], run: Sequence[Row]) -> list[SeriesChange]:
         if any(row["status"] not in CANNOT_RUN for side in rows for row in side):
             pairs = _solved(*rows)
             found.append(_change(name, pairs, *rows))
-            judged.append(_compared([pair for pair in pairs if pair[0]["machine"] == pair[1]["machine"]], scatter))
+            timed = [pair for pair in pairs if pair[0]["machine"] == pair[1]["machine"]]
+            judged.append(_compared(name[-1].partition(":")[0], timed, scatter))
     held = iter(discoveries([one.p for one in judged if one is not None]))
     return [
         one if row is None else replace(one, seconds=_timed(one.seconds, row, bool(next(held))))
         for one, row in zip(found, judged, strict=True)
+    ]
+
+
+def slower(found: Sequence[SeriesChange]) -> list[str]:
+    """A line for each series that is slower than the base by more than EQUAL_WITHIN; advisory, as machines are."""
+    return [
+        f"{' '.join(one.name)}: {one.seconds.ratio:.2g} ({one.seconds.low:.2g} – {one.seconds.high:.2g}) times the time of the"
+        " base (advisory)"
+        for one in found
+        if one.seconds.state == SLOWER and one.seconds.ratio > EQUAL_WITHIN
     ]
 
 
@@ -196,7 +203,7 @@ def _solved(before: Sequence[Row], after: Sequence[Row]) -> list[tuple[Row, Row]
     ]
 
 
-def _compared(pairs: Sequence[tuple[Row, Row]], scatter: Scatter) -> Compared | None:
+def _compared(library: str, pairs: Sequence[tuple[Row, Row]], scatter: Scatter) -> Compared | None:
     """The times of the run against the base over settings that both timed; None without any.
 
     A launch counts with the geometric mean of its times if it timed all of the settings.
@@ -208,7 +215,7 @@ def _compared(pairs: Sequence[tuple[Row, Row]], scatter: Scatter) -> Compared | 
             for launch, seconds in pair[number]["times"].items():
                 launches.setdefault(launch, []).append(seconds)
         whole = {(number, n): geometric_mean(at) for n, at in launches.items() if len(at) == len(pairs)}
-        sides.append(Timed(pairs[0][number]["library"], whole) if whole else None)
+        sides.append(Timed(library, whole) if whole else None)
     if None in sides:
         return None
     return compare_times([one for one in sides if one is not None], scatter, 0, 1)[1]
@@ -257,7 +264,7 @@ def _series(rows: Iterable[Row]) -> dict[tuple[str, ...], list[dict[str, Any]]]:
     found: dict[tuple[str, ...], list[dict[str, Any]]] = {}
     times: dict[Any, dict[int, float]] = {}
     for row in rows:
-        name, read = tuple(row[name] for name in SERIES), _read(row)
+        name, read = _name(row), _read(row)
         if row["launch"] == 1:
             found.setdefault(name, []).append(read)
         if not math.isnan(read["seconds_median"]):

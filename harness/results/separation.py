@@ -145,13 +145,12 @@ def scatter_of(series: Iterable[Timed]) -> Scatter:
     every = [one for one in series if len(one.times) > 1]
     if not every:
         return UNMEASURED
-    residuals, effects = _without_shared(every)
+    squares, effects = _without_shared(every)
     freedoms = [len(one.times) - 1.0 for one in every]
-    squares = [float(np.sum(left**2)) for left in residuals]
     of: dict[Class, list[int]] = {}
     for place, one in enumerate(every):
         of.setdefault(one.kind, []).append(place)
-    sums = {kind: (sum(squares[n] for n in at), sum(freedoms[n] for n in at)) for kind, at in of.items()}
+    sums = {kind: (float(squares[at].sum()), sum(freedoms[n] for n in at)) for kind, at in of.items()}
     total, freedom = (sum(each) for each in zip(*sums.values(), strict=True))
     whole = max(total / freedom, LEAST**2)
     # How much classes differ, then how much the series of a class do.
@@ -166,25 +165,25 @@ def scatter_of(series: Iterable[Timed]) -> Scatter:
     return Scatter(classes, Known(whole, min(between, freedom)), within, effects, counts)
 
 
-def _without_shared(every: Sequence[Timed]) -> tuple[list[Floats], float]:
-    """The logarithms of times of each series about its mean, without the effects of launches; and their variance.
+def _without_shared(every: Sequence[Timed]) -> tuple[Floats, float]:
+    """For each series the sum of squares of its logarithms about their mean, without the effects of launches; their variance.
 
-    An effect is the median over the series of that launch, so that it is found from SHARED series at least.
+    An effect is the median over the series of that launch, found from SHARED series at least.
     """
-    logs = [{key: math.log(value) for key, value in one.times.items()} for one in every]
-    effects = dict.fromkeys({key for one in logs for key in one}, 0.0)
-    members = {key: [one for one in logs if key in one] for key in effects}
-    usable = [key for key, at in members.items() if len(at) >= SHARED]
+    places = {key: place for place, key in enumerate(sorted(set().union(*(one.times for one in every))))}
+    counts = np.array([len(one.times) for one in every])
+    of = np.repeat(np.arange(len(every)), counts)
+    launch = np.array([places[key] for one in every for key in one.times])
+    logs = np.log(np.array([value for one in every for value in one.times.values()]))
+    members = [np.flatnonzero(launch == place) for place in range(len(places))]
+    effects, usable = np.zeros(len(places)), [place for place, at in enumerate(members) if len(at) >= SHARED]
     for _ in range(ROUNDS):
-        means = {id(one): sum(value - effects[key] for key, value in one.items()) / len(one) for one in logs}
-        for key in usable:
-            effects[key] = float(np.median([one[key] - means[id(one)] for one in members[key]]))
-    left = []
-    for one in logs:
-        values = np.array([value - effects[key] for key, value in one.items()])
-        left.append(values - values.mean())
-    found = [effects[key] for key in usable]
-    return left, float(np.var(found, ddof=1)) if len(found) > 1 else 0.0
+        means = np.bincount(of, logs - effects[launch]) / counts
+        for place in usable:
+            effects[place] = np.median(logs[members[place]] - means[of[members[place]]])
+    left = logs - effects[launch]
+    left -= (np.bincount(of, left) / counts)[of]
+    return np.bincount(of, left**2), float(np.var(effects[usable], ddof=1)) if len(usable) > 1 else 0.0
 
 
 SHARED = 8

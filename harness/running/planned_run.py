@@ -290,6 +290,8 @@ class PlannedRun:
         """These launches, and among them those that measure the scatter, where series are launched fewer times."""
         fewest = max((one.number for one in launches), default=1) + 1
         first = {one.series.id: one for one in launches if one.number == 1}
+        if len({one.series.integrator.id for one in launches}) < 2:
+            return list(launches)  # nothing is compared
         again = [first[one.id] for one in order.choose_for_scatter(one.series for one in first.values())]
         blocks = [
             [Launch(number, one.series, one.trials, one.scorer, is_again=True) for one in again]
