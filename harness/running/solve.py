@@ -31,6 +31,8 @@ MOVED = 2.0**20
 FIXED_ERROR, FIXED_HALVINGS = 1e-10, 5
 """The error of `sol` that is small enough with fixed steps, and the halvings of polynomials: each step of a method of low
 order has a kink at its ends."""
+FAR_APART, TINY = 100.0, 1e-300
+"""In tolerances, how far states at other times may differ from those of the result before the message says so."""
 INSTEAD = {
     "tolerance": "write rtol=..., or step=... for a method of fixed steps",
     "parameters": "write args=(...), which are further arguments of fun",
@@ -295,6 +297,13 @@ def _result(motion: Motion, times: Times, t_eval: Any, is_dense: bool) -> OdeRes
         sol = _dense(motion, found, end, y)
         if sol.error > 10 * motion.setting and found.step is None:
             message += f" `sol` has an error of {sol.error:.1g}: does an input jump? Name its times in jumps=[...]."
+        if wanted.size and not found.changes and found.stopped is None and found.step is None:
+            apart = float(np.max(np.abs(sol(wanted) - y).max(axis=1) / np.maximum(np.abs(y).max(axis=1), TINY)))
+            if apart > FAR_APART * motion.setting:
+                message += (
+                    f" `sol` and the states at these times differ by {apart:.1g} of their size: the error of this method"
+                    " depends on the times at which its steps end."
+                )
     return OdeResult(wanted, y, t_events, y_events, calls, status, message, sol)
 
 

@@ -25,7 +25,9 @@ ALL = {
     for one in lookup.everything().values()
     if {FirstOrder, SecondOrder} & set(one.accepts) and lookup.missing(one) is None
 }
-NEED_FORMULAS = re.compile("gnomon:(Radau|Gauss 8-stage SIMD|Taylor)|heyoka|diffrax")
+NEED_FORMULAS = re.compile(
+    "gnomon:(Radau|Gauss 8-stage SIMD|Taylor)|heyoka|diffrax|gsl:(bsimp|msbdf)|odeint:rosenbrock4"
+)
 FIXED = [name for name, one in ALL.items() if isinstance(one.sweep, Steps)]
 
 
@@ -201,7 +203,8 @@ TAKE_SIZES = [name for name, one in ALL.items() if "max_step" in one.takes]
 
 def test_most_methods_with_error_control_take_a_longest_step() -> None:
     others = {name for name, one in ALL.items() if not isinstance(one.sweep, Steps)} - {*TAKE_SIZES}
-    assert all(name.startswith(("gnomon:Gauss 8-stage SIMD", "rebound:", "diffrax:")) for name in others), others
+    without = ("gnomon:Gauss 8-stage SIMD", "rebound:", "diffrax:", "odeint:", "hairer:SEULEX")
+    assert all(name.startswith(without) for name in others), others
 
 
 @pytest.mark.parametrize("method", TAKE_SIZES)
@@ -216,7 +219,8 @@ def test_no_step_is_longer_than_the_longest(method: str) -> None:
     if one.counts_rhs:
         assert few.nfev is not None
         assert many.nfev is not None
-        assert many.nfev >= 200 > few.nfev
+        assert many.nfev >= 200
+        assert few.nfev < many.nfev / 2
 
 
 @pytest.mark.filterwarnings("ignore:.*has no formulas")
@@ -225,7 +229,7 @@ def test_no_step_is_longer_than_the_longest(method: str) -> None:
 )
 def test_the_first_step_has_the_size_asked_for(method: str) -> None:
     """The end of the first step, or the last stage before it, is evaluated: no time between 0 and .7 of it before."""
-    if method == "gnomon:Radau IIA 5":  # it needs formulas
+    if NEED_FORMULAS.match(method):
         found = [solve(swing, (0, 1), [1e-3, 0.0], method, rtol=1e-3, first_step=h).nfev for h in (1e-9, 0.1)]
         assert found[0] > found[1]
         return
@@ -384,7 +388,7 @@ def test_the_unit_of_time_does_not_matter(method: str) -> None:
         setting = {"step": span / 50} if method == "RK4" else {"rtol": 1e-8}
         found = solve(fun, (0, span), [1.0, 0.0], method, [span], args=(w,), accelerations=second, **setting)
         errors.append(abs(found.y[0, -1] - math.cos(3)))
-    assert max(errors) < 1.5 * errors[0]
+    assert max(errors) < max(1.5 * errors[0], 1e-9), "or far below the tolerance of 1e-8"
 
 
 @pytest.mark.parametrize("method", ["gnomon:DOP853 [events]", "scipy:RK45 [events]", "scipy:LSODA [events]"])
@@ -558,8 +562,22 @@ def test_dense_output_is_the_solution_between_its_times(method: str, span: tuple
     assert np.array_equal(sol([3.0, 4.0])[:, 0], sol(3.0))
     times = np.linspace(0.05, 9.95, 100)
     exact = swinging(span)
-    errors = [np.abs(got - exact(t)).max() for t, got in ((found.t, found.y), (times, sol(times)))]
-    assert errors[1] < 2 * errors[0] + 2e-7
+    # Where a library ends a step at each time, many times change the error.
+    between = solve(
+        fun,
+        span,
+        [1.0, 0.3],
+        method,
+        np.sort(times)[:: int(np.sign(span[1] - span[0]))],
+        accelerations=second,
+        **setting,
+    )
+    at_times = max(np.abs(one.y - exact(one.t)).max() for one in (found, between))
+    if method == "gsl:msbdf":  # each time that ends a step costs it accuracy
+        assert "depends on the times at which its steps end" in found.message
+        return
+    assert np.abs(sol(times) - exact(times)).max() < 2 * at_times + 2e-7
+    assert "depends on the times" not in found.message or method.startswith("arkode:ARKStep DIRK")
     assert sol.error < (1e-4 if method in FIXED else 1e-7)
     with pytest.raises(ValueError, match="give times from 0 to 10"):
         sol(10.1)
