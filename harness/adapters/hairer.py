@@ -1,4 +1,4 @@
-"""The Fortran codes of Hairer and Wanner: RADAU5, RODAS, ODEX.
+"""The Fortran codes of Hairer and Wanner: RADAU5, RODAS, SEULEX, ODEX.
 
 gnomon has none of them. FOLDER, a variable of the environment, names the folder with the files, as their authors offer
 them on their page; `gfortran` compiles those of a code at its first use (Debian: gfortran).
@@ -8,19 +8,22 @@ How they are driven, and why:
 - One call of compiled code solves a motion. The Fortran below has the subroutines that a code calls: they call the compiled
   equations and derivatives of the case by address, and SOLOUT reads each sample from the continuous output of its step
   (CONTR5, CONTRO, CONTEX), so that no step ends at a sample.
+- SEULEX is called from sample to sample, each time with the "PREDICTED STEP SIZE OF THE LAST ACCEPTED STEP". Its error test is
+  of the ends of steps alone, and its steps are long: at 1e-11 its continuous output errs by 1e-5 between ends that err by 1e-11.
 - Defaults: "FOR STANDARD USE, SET IWORK(1),..,IWORK(20) TO ZERO BEFORE CALLING." Only the limit of steps is raised, as
   100,000 (ODEX: 10,000) end long intervals early.
 - "THE CODE KEEPS, ROUGHLY, THE LOCAL ERROR OF Y(I) BELOW RTOL*ABS(Y(I))+ATOL": the setting is RTOL, and ATOL is equal to it,
-  as in the authors' drivers of RADAU5 and ODEX, in SI units. Their driver of RODAS has ATOL = 1e-6 RTOL.
-- The first step is 1e-3 time scales of the case: "USUALLY 1.D-3 OR 1.D-5, IS GOOD" (RADAU5), "1.D-2 OR 1.D-3" (RODAS),
-  "1.D-1 OR 1.D-3" (ODEX).
-- RADAU5 and RODAS get the Jacobian, and RODAS df/dx too. If equations cannot be traced, the codes compute differences.
+  as in the authors' drivers of RADAU5, SEULEX and ODEX, in SI units. Their driver of RODAS has ATOL = 1e-6 RTOL.
+- The first step is 1e-3 time scales of the case: "USUALLY 1.D-3 OR 1.D-5, IS GOOD" (RADAU5), "1.D-2 OR 1.D-3" (RODAS,
+  SEULEX), "1.D-1 OR 1.D-3" (ODEX).
+- All but ODEX get the Jacobian, and RODAS df/dx too. If equations cannot be traced, the codes compute differences.
 - The codes know no failure of a derivative. A derivative that is not finite is therefore replaced by a huge one, which
   no error test accepts, so that the step is repeated with a shorter one; unless the state is as huge, so that a component
   beyond 1e100 ends the motion.
 
 Traps: the codes share variables in COMMON, so calls keep the lock of the interpreter. They write their reasons for a failure
-to unit 6, which is closed to them. ODEX knows no shortest step: where no step is accepted it goes on to the limit of steps.
+to unit 6, which is closed to them. ODEX and SEULEX know no shortest step: before a singularity they would take millions in which
+the time does not change. The first such step ends a motion.
 """
 
 import ctypes
@@ -50,9 +53,10 @@ LINEAR_ALGEBRA = ("decsol.f", "dc_decsol.f"), ("lapack.f", "lapackc.f", "dc_lapa
 FIRST_STEP = 1e-3
 """In time scales of the case."""
 OPTIONS = "-std=legacy", "-w", "-O3", "-march=native", "-fPIC", "-shared"
+TOO_SMALL = -3
 REASONS = {-1: "the input is not consistent, or more steps are needed", -2: "more steps are needed",
-           -3: "the step became too small", -4: "the matrix is repeatedly singular"}  # fmt: skip
-"""By IDID; ODEX returns -1 for all."""
+           TOO_SMALL: "the step became too small", -4: "the matrix is repeatedly singular"}  # fmt: skip
+"""By IDID; ODEX and SEULEX return -1 for all."""
 SOURCE = """
 module given
   use iso_c_binding
@@ -74,6 +78,7 @@ module given
   type(facts), pointer :: problem
   procedure(equations), pointer :: slopes, derivatives
   real(c_double), pointer :: times(:), states(:, :)
+  integer(c_long) :: before
 contains
   subroutine fcn(n, x, y, f, rpar, ipar)
     integer :: n, ipar(*)
@@ -108,7 +113,12 @@ contains
       irtrn = -1
       return
     end if
-    problem%steps = nr - 1
+    if (nr > 1 .and. x == xold) then
+      problem%idid = {too_small}
+      irtrn = -1
+      return
+    end if
+    problem%steps = before + nr - 1
     problem%time = x
     do while (problem%reached < problem%samples)
       at = times(problem%reached + 1)
@@ -145,10 +155,8 @@ subroutine solve(place) bind(c)
   work = 0
   iwork = 0
   work({longest}) = place%longest_step
-  iwork({most}) = int(place%most_steps)
   {settings}
   x = place%begin
-  xend = times(place%samples)
   h = place%first_step
   rtol = place%relative
   atol = place%absolute
@@ -161,8 +169,21 @@ subroutine solve(place) bind(c)
   place%reached = 0
   place%time = x
   place%not_finite = -huge(x)
-  call {call}
-  place%idid = idid
+  place%idid = 0
+  do while (place%reached < place%samples)
+    before = place%steps
+    iwork({most}) = int(place%most_steps - before)
+    xend = times({until})
+    call {call}
+    if (place%idid == 0 .and. idid /= 1) place%idid = idid
+    if (place%idid /= 0) return
+    do while (place%reached < place%samples)  ! rounding can end the last step just before xend
+      if (times(place%reached + 1) > xend) exit
+      place%reached = place%reached + 1
+      states(:, place%reached) = y
+    end do
+    x = xend
+  end do
 end subroutine
 """
 
@@ -182,7 +203,7 @@ class Code(Installed):
     """A code of Hairer and Wanner.
 
     `name` is its subroutine, and its file. The words complete SOURCE: the arguments of SOLOUT by which the continuous output
-    is read, with their types, its function and a call of it; the sizes of WORK and IWORK, the places of the longest step and
+    is read, with their types, its function and a call of it; the sample until which the code is called; the sizes of WORK and IWORK, the places of the longest step and
     of the limit of steps in them, other settings, and the call.
     """
 
@@ -239,9 +260,9 @@ class Code(Installed):
 
 STIFF_CALL = (
     "(n, fcn, {autonomous}x, y, xend, h, rtol, atol, 0, jac, ijac, ml, mu, {by_time}mas, 0, mlmas, mumas, &\n"
-    "    solout, 1, work, size(work), iwork, size(iwork), rpar, ipar, idid)"
+    "      solout, 1, work, size(work), iwork, size(iwork), rpar, ipar, idid)"
 )
-CONTINUOUS = {"arguments": "cont, lrc, n", "integers": "lrc", "reals": "cont(*)"}
+CONTINUOUS = {"arguments": "cont, lrc, n", "integers": "lrc", "reals": "cont(*)", "until": "place%samples"}
 
 
 class Radau5(Code):
@@ -269,6 +290,19 @@ class Rodas(Code):
     }  # fmt: skip
 
 
+class Seulex(Code):
+    """Extrapolation of the linearly implicit Euler method. Hairer, Wanner, Solving ODEs II, IV.9."""
+
+    name: ClassVar[str] = "SEULEX"
+    sampling = "stops at samples"
+    words: ClassVar[Mapping[str, str]] = {
+        "arguments": "rc, lrc, ic, lic, n", "integers": "lrc, lic, ic(*)", "reals": "rc(*)",
+        "continuous": "contex", "output": "contex(i, at, rc, lrc, ic, lic)", "until": "place%reached + 1",
+        "reals_of_work": "2*n*n + 20*n + 68", "integers_of_work": "2*n + 32", "longest": "2", "most": "2", "settings": "",
+        "call": "seulex" + STIFF_CALL.format(autonomous="1, ", by_time=""),
+    }  # fmt: skip
+
+
 class Odex(Code):
     """Extrapolation of the explicit midpoint rule. Hairer, Norsett, Wanner, Solving ODEs I, II.9."""
 
@@ -277,7 +311,7 @@ class Odex(Code):
     takes = STEP_SIZES
     words: ClassVar[Mapping[str, str]] = {
         "arguments": "n, con, ncon, icomp, nd", "integers": "ncon, nd, icomp(*)", "reals": "con(*)",
-        "continuous": "contex", "output": "contex(i, at, con, ncon, icomp, nd)",
+        "continuous": "contex", "output": "contex(i, at, con, ncon, icomp, nd)", "until": "place%samples",
         "reals_of_work": "217*n + 65", "integers_of_work": "n + 39", "longest": "2", "most": "1",
         "settings": "iwork(8) = n\n  iwork(21:20 + n) = [(i, i = 1, n)]",
         "call": "odex(n, fcn, x, y, xend, h, rtol, atol, 0, solout, 2, work, size(work), iwork, size(iwork), rpar, ipar, idid)",
@@ -314,7 +348,7 @@ def interface(code: type[Code]) -> "ctypes._NamedFuncPointer":
     """The function `solve` of SOURCE with a code. Raises ImportError if a file or the compiler is missing."""
     sources, compiler = found(code.name, code.needs)
     text = SOURCE
-    for word, value in code.words.items():
+    for word, value in {**code.words, "too_small": f"{TOO_SMALL}"}.items():
         text = text.replace("{" + word + "}", value)
     files = {"solve.f90": text.encode()} | sources
     solve = load_compiled("hairer", compiler, version_of(compiler), OPTIONS, files, ctypes.PyDLL)["solve"]
@@ -322,4 +356,4 @@ def interface(code: type[Code]) -> "ctypes._NamedFuncPointer":
     return solve
 
 
-INTEGRATORS: tuple[type[Integrator], ...] = (Radau5, Rodas, Odex)
+INTEGRATORS: tuple[type[Integrator], ...] = (Radau5, Rodas, Seulex, Odex)

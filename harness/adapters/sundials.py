@@ -21,7 +21,8 @@ Compiled functions read addresses in `N_Vector` and `SUNMatrix` as the macros of
 Before the first call both places are compared with the library's answers, and only the VERSIONS that were tried are
 driven.
 
-Traps: towards a singularity it takes ever smaller steps, up to the limit, until the time limit of the trial.
+Traps: towards a singularity it takes ever smaller steps. A motion ends where CHUNK of them advance by less than the spacing of
+times, and at the limit.
 """
 
 import ctypes
@@ -47,8 +48,11 @@ from gnomon.harness.kernels.c_structures import c_functions, floats_at, result_a
 from gnomon.harness.kernels.equations import right_hand_side
 from gnomon.harness.kernels.straight_line import derivatives_if_traced
 
+CHUNK, EPSILON = 10_000, 2.0**-52
+"""After how many steps the advance is compared with the spacing of times."""
 VERSIONS = ("7.5.0", "7.9.0")
 """The versions of SUNDIALS whose C interface was tried."""
+CHUNKS = STEPS // CHUNK
 DATA = 1
 """The word with the address of the numbers, in the content of a vector and of a matrix, for indices of 32 bits."""
 
@@ -67,6 +71,8 @@ SIGNATURES = {
     }.items()
 }  # fmt: skip
 """The types of the C functions that are called: of the result, then of the arguments."""
+TOO_MUCH_WORK = -1
+"""What a solver returns after CHUNK steps that do not reach a sample."""
 NORMAL = 1
 """The mode of calls: steps up to a time or past it, and the state at this time."""
 TYPES = {"i": ctypes.c_int, "l": ctypes.c_long, "d": ctypes.c_double, "p": ctypes.c_void_p, "v": None}
@@ -144,7 +150,9 @@ def bad(out: Any) -> int:
     return 0
 
 
-def follow(function: int, stop: int, memory: int, rest: Any, times: Floats, state: Floats, samples: Floats) -> int:
+def follow(
+    function: int, stop: int, memory: int, rest: Any, reached: Floats, times: Floats, state: Floats, samples: Floats
+) -> int:
     """The loop over samples: the C function at an address is called for each time, and the state copied.
 
     `stop`: the address of the function that sets a stop time, if steps end at samples; else 0.
@@ -152,7 +160,11 @@ def follow(function: int, stop: int, memory: int, rest: Any, times: Floats, stat
     for k in range(times.size):
         if stop != 0:
             result_at(stop, memory, times[k])
-        code = result_at(function, memory, times[k], *tuple(rest[i] for i in range(ARGUMENTS)))
+        for _ in range(CHUNKS):
+            before = reached[0]
+            code = result_at(function, memory, times[k], *tuple(rest[i] for i in range(ARGUMENTS)))
+            if code != TOO_MUCH_WORK or reached[0] - before <= CHUNK * EPSILON * abs(reached[0]):
+                break
         if code < 0:
             return int(code)
         for i in range(samples.shape[1]):
@@ -228,11 +240,11 @@ class Native(Sundials):
         require_positive(setting, "tolerance")
         session = Session(self.solver, self.size(problem), parts)
         options, (restart, rest) = self.connect(session, problem)
-        options |= {"rtol": setting, "atol": self.atol_ratio * setting, "max_num_steps": STEPS}
+        options |= {"rtol": setting, "atol": self.atol_ratio * setting, "max_num_steps": CHUNKS * CHUNK}
         self.tolerate(session, problem, setting, self.atol_ratio * setting)
         session.user[PARAMETERS] = problem.buffer.ctypes.data
         session.set("SetUserData", session.user.ctypes.data)
-        session.set("SetMaxNumSteps", STEPS)
+        session.set("SetMaxNumSteps", CHUNK)
         sizes = step_sizes(self)
         for name, function in (("max_step", "SetMaxStep"), ("first_step", "SetInitStep")):
             if name in sizes:
@@ -240,9 +252,10 @@ class Native(Sundials):
         options |= sizes
         stop = address_of(session.c[f"{self.solver}SetStopTime"]) if self.sampling == "stops at samples" else 0
         advance = address_of(session.c[self.advance]), stop, session.memory.value, np.array(rest)
-        signature = "int int int int[1] float[1] float[1] float[2]"
+        signature = "int int int int[1] float[1] float[1] float[1] float[2]"
         run = machine.function(follow, signature, replaced={"ARGUMENTS": len(rest)})
         state, reached, times = session.state, session.reached, np.ascontiguousarray(problem.times)
+        advanced = np.frombuffer(reached)
 
         def solve_one(
             start: Floats,
@@ -254,7 +267,7 @@ class Native(Sundials):
             state[: problem.dimension], reached.value = start, problem.t0
             restart()
             session.set("SetStopTime", times[-1])
-            code = run(*advance, times, state, samples)
+            code = run(*advance, advanced, times, state, samples)
             return session.steps(), f"{session.named(code)} at t = {reached.value:g}" if code < 0 else None
 
         return Solver(each_start(problem, solve_one), options, close=session.close)

@@ -53,8 +53,8 @@ def ending(t: Any, y: Any, p: Any) -> Any:
 
 
 def limit_steps(monkeypatch: pytest.MonkeyPatch) -> None:
-    for module in (sundials, sksundae):
-        monkeypatch.setattr(module, "STEPS", 500)
+    """Few steps are allowed to the binding, which else takes ever smaller ones."""
+    monkeypatch.setattr(sksundae, "STEPS", 500)
 
 
 def problem(equations: Any, dimension: int, times: Any, parameters: Any = (1.0,)) -> Problem:
@@ -84,13 +84,14 @@ def test_one_sample_is_the_state_there_and_not_a_step(kind: Any) -> None:
 def test_samples_that_were_not_reached_are_nan_with_the_reason(
     kind: Any, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    """y' = y^2 from 1 is infinite at t = 1. Few steps are allowed, as else it takes ever smaller ones."""
+    """y' = y^2 from 1 is infinite at t = 1. A motion whose steps no longer advance ends long before the limit of ten millions."""
     limit_steps(monkeypatch)
     found = solver_of(kind(), problem(escaping, 1, [0.5, 0.9, 2.0, 3.0]), 1e-6)(np.array([[1.0]]))
     assert found.states[0, :2, 0] == pytest.approx([2.0, 10.0], rel=1e-3)
     assert np.all(np.isnan(found.states[0, 2:]))
     assert found.stopped is not None
-    assert "TOO_MUCH_WORK" in found.stopped or "max_num_steps" in found.stopped
+    assert "at t = 0.9999" in found.stopped or "max_num_steps" in found.stopped
+    assert (found.steps or 0) < 100_000
     assert capfd.readouterr().err == ""
 
 

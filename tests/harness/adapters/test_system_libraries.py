@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from gnomon.cases.core.forms import FirstOrder
 from gnomon.cases.core.registry import get
-from gnomon.harness.adapters import arkode, gsl, hairer, odeint, sundials
+from gnomon.harness.adapters import arkode, gsl, hairer, odeint
 from gnomon.harness.contract.integrator import Problem, Refused, solver_of
 from gnomon.harness.contract.problem import counting
 from gnomon.harness.registry import lookup
@@ -36,6 +36,10 @@ LOOSE: dict[Any, float] = {arkode.Dirk5: 300}
 
 def turning(t: Any, y: Any, p: Any) -> Any:
     return y[1], -p[0] * y[0]
+
+
+def fading(t: Any, y: Any, p: Any) -> Any:
+    return (-p[0] * y[0],)
 
 
 def escaping(t: Any, y: Any, p: Any) -> Any:
@@ -110,14 +114,14 @@ def test_follows_the_exact_motion(kind: Any) -> None:
 
 
 @each
-def test_samples_that_were_not_reached_are_nan_with_the_reason(kind: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    for module in (sundials, hairer):  # ARKODE and ODEX take ever smaller steps up to the limit
-        monkeypatch.setattr(module, "STEPS", 10_000)
+def test_samples_that_were_not_reached_are_nan_with_the_reason(kind: Any) -> None:
+    """The limit of steps is ten millions; a motion whose steps no longer advance ends long before it."""
     found = run(kind, problem(ending, 1, [0.2, 0.8]), 1e-6, [1.0])
     assert found.states[0, 0, 0] == pytest.approx(np.exp(-0.2), rel=1e-3)
     assert np.isnan(found.states[0, 1, 0])
     assert found.stopped
     assert "not finite" in found.stopped or kind.library == "arkode"
+    assert (found.steps or 0) < 100_000
 
 
 @each
@@ -131,13 +135,22 @@ def test_counts_are_those_of_right_hand_sides(kind: Any) -> None:
 
 
 @over([kind for kind in ALL if kind.library != "odeint"])  # it takes ever smaller steps, without a limit
-def test_a_motion_that_escapes_ends_with_a_reason(kind: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_motion_that_escapes_ends_with_a_reason(kind: Any) -> None:
     """y' = y^2 from 1 is infinite at t = 1, and no step goes past it."""
-    monkeypatch.setattr(hairer, "STEPS", 10_000)
     found = run(kind, problem(escaping, 1, [0.5, 0.9, 2.0]), 1e-6, [1.0])
     assert found.states[0, :2, 0] == pytest.approx([2.0, 10.0], rel=1e-2)
     assert np.isnan(found.states[0, 2, 0])
     assert found.stopped
+    assert (found.steps or 0) < 100_000
+
+
+@over(hairer.INTEGRATORS)
+def test_a_last_step_that_rounding_ends_before_the_sample_reaches_it(kind: Any) -> None:
+    """x + (end - x) is less than `end` by rounding for some ends, where the last step is the longest."""
+    for end in np.linspace(0.5, 2, 1000):
+        found = run(kind, problem(fading, 1, [end]), 1e-2, [1.0])
+        assert found.stopped is None
+        assert found.states[0, 0, 0] == pytest.approx(np.exp(-end), abs=0.1)
 
 
 @limited
