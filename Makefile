@@ -12,7 +12,7 @@ EXTRAS ?= all,dev
 LOCAL := reports/local
 INSTALLED := $(VENV)/installed-$(EXTRAS)
 
-.PHONY: report engines certificates solutions libraries publication test test-changed test-all mutants stability verification lint types unit bench catalogue other-languages docs clean
+.PHONY: report engines certificates solutions libraries publication test test-changed test-all mutants stability verification lint types unit bench catalogue docs clean
 
 # A first page within a minute of the installation, from the suite `quick`; the whole run then continues in the same file,
 # and writes its page again every two minutes, at its end and after Ctrl-C. Each suite prints its predicted time before it
@@ -33,7 +33,7 @@ solutions: $(INSTALLED)
 	$(BIN)/python -m gnomon.harness.running.kept_solutions harness/measuring/reference_solutions.zip
 
 # The copies of harness/adapters/libraries.toml and absent.toml, after a change of them: docs/libraries.md, lines of README.md
-# and pyproject.toml; docs/other_languages.md.
+# and pyproject.toml.
 libraries: $(INSTALLED)
 	$(BIN)/python -m gnomon.harness.adapters.library_copies
 
@@ -108,10 +108,6 @@ bench: $(INSTALLED)
 # docs/cases.md: all cases and checks with their files.
 catalogue: $(INSTALLED)
 	$(BIN)/python tests/helpers/catalogue.py
-
-# GSL and Boost's odeint on five cases, as programs: docs/other_languages.md. Needs both libraries and their compilers; 5 minutes.
-other-languages: $(INSTALLED)
-	$(BIN)/python tests/programs/measure_programs.py runs/programs
 
 # The documentation site, without a network: site/index.html.
 docs:

@@ -29,7 +29,6 @@ sys.path[:0] = [
         "helpers/pages",
         "helpers/plugins",
         "detection",
-        "programs",
     )
 ]
 

@@ -328,8 +328,10 @@ def reason(facts: Facts) -> str:
 def found(name: str, needs: tuple[tuple[str, ...], ...]) -> tuple[dict[str, bytes], str]:
     """The files of a code, and the compiler. Raises ImportError if one of them is missing."""
     folder, compiler = os.environ.get(FOLDER), shutil.which("gfortran")
-    if folder is None or compiler is None:
-        raise ImportError(f"{not_installed('hairer')}; {FOLDER} names the folder with {name.lower()}.f")
+    if compiler is None:
+        raise ImportError(not_installed("hairer"))
+    if folder is None:
+        raise ImportError(f"hairer: the variable {FOLDER} must name the folder with {name.lower()}.f")
     choices = [(f"{name.lower()}.f", *files) for files in needs or ((),)]
     for files in choices:
         paths = [Path(folder) / file for file in files]

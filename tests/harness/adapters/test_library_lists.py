@@ -115,9 +115,14 @@ def test_the_pages_of_the_libraries_are_those_of_the_declarations() -> None:
     """`make libraries` writes them."""
     readme = (ROOT / library_copies.README).read_text(encoding="utf-8")
     assert (ROOT / library_copies.PAGE).read_text(encoding="utf-8") == library_copies.page()
-    assert (ROOT / library_copies.OTHER_PAGE).read_text(encoding="utf-8") == library_copies.other_page()
     assert readme == library_copies.readme(readme)
     assert all(one.readme in readme for one in ABSENT if one.readme)
+
+
+def test_each_absent_integrator_is_named_once_with_a_reason() -> None:
+    titles = [one.title for one in ABSENT]
+    assert len({*titles}) == len(titles)
+    assert all(one.reason.endswith(".") for one in ABSENT)
 
 
 def test_the_project_file_installs_each_library_as_it_is_declared() -> None:
