@@ -183,7 +183,8 @@ def _without_shared(every: Sequence[Timed]) -> tuple[Floats, float]:
             effects[place] = np.median(logs[members[place]] - means[of[members[place]]])
     left = logs - effects[launch]
     left -= (np.bincount(of, left) / counts)[of]
-    return np.bincount(of, left**2), float(np.var(effects[usable], ddof=1)) if len(usable) > 1 else 0.0
+    squares: Floats = np.bincount(of, left**2).astype(np.float64)
+    return squares, float(np.var(effects[usable], ddof=1)) if len(usable) > 1 else 0.0
 
 
 SHARED = 8
