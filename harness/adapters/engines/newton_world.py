@@ -41,7 +41,8 @@ class World:
 
         self.newton, self.warp = newton, warp
         self.needs, self.dt, self.make = form.needs, dt, make
-        self.kind, self.configured = {"reduced": reduced, "springs": springs}, configured
+        self.kind: dict[str, Any] = {"reduced": reduced, "springs": springs}
+        self.configured = configured
         self.settings: dict[str, Any] = {"lock_inertia": True}  # else shapes add to the mass that the scene declares
         self.options: Mapping[str, Any] = self.settings
         self.traced: Scene | None = None
