@@ -255,7 +255,7 @@ class Native(Sundials):
         signature = "int int int int[1] float[1] float[1] float[1] float[2]"
         run = machine.function(follow, signature, replaced={"ARGUMENTS": len(rest)})
         state, reached, times = session.state, session.reached, np.ascontiguousarray(problem.times)
-        advanced = np.ctypeslib.as_array(ctypes.pointer(reached), (1,))
+        advanced = np.ndarray(1, np.float64, memoryview(reached))
 
         def solve_one(
             start: Floats,
