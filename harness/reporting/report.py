@@ -114,6 +114,7 @@ def _page(words: dict[str, Any], charts: dict[str, Any]) -> str:
         "stability": pack_html(stability),
         "about": {case["name"]: {key: case[key] for key in ABOUT} for case in words["cases"]},
         "first": words["opened"],
+        "kinds": _carry_kinds(words["first"]["kinds"]),
     }
     plain = Environment(undefined=StrictUndefined)
     css = plain.from_string(_source("report.css")).render(
@@ -129,6 +130,14 @@ def _page(words: dict[str, Any], charts: dict[str, Any]) -> str:
         data=lambda: pack_json(style.themed_values(charts | carried) | {"parts": pack_html(later.parts)}),
         vega=pack_vega(),
     )
+
+
+def _carry_kinds(kinds: Mapping[str, Any] | None) -> dict[str, Any] | None:
+    """All that the table of kinds can show, packed."""
+    if kinds is None:
+        return None
+    carried = kinds["carried"]
+    return carried | {name: pack_html(carried[name]) for name in ("tables", "said")}
 
 
 def _of_problems(tables: Tables) -> dict[str, str]:

@@ -21,7 +21,7 @@ from gnomon.harness.reporting import (
 )
 from gnomon.harness.reporting.page.case_tables import case_tables
 from gnomon.harness.reporting.page.family_tables import family_tables, separating
-from gnomon.harness.reporting.page.first_screen import MEANINGS, first_screen
+from gnomon.harness.reporting.page.first_screen import first_screen
 from gnomon.harness.reporting.page.league import league
 from gnomon.harness.reporting.page.multiples import multiples
 from gnomon.harness.reporting.page.need_cards import need_cards
@@ -78,10 +78,9 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> 
         **beside,
         "first": first,
         "opened": first["lead"]["case"] if first["lead"] else str(run.frame["case"].iloc[0]),
-        "outcomes": MEANINGS,
         "marks": MARKS,
         "chosen": chosen(first["stands"]),
-        "needs": need_cards(run, found),
+        "needs": need_cards(found),
         "absent": ABSENT,
         "both_divisions": OURS in libraries and len(libraries) > 1,
         "divisions": DIVISIONS,

@@ -4,6 +4,8 @@ After Dolan and Moré, Mathematical Programming 91, 201 (2002). A method that fa
 problem is never left out: its time is infinite, so that it lowers the profile at every factor.
 """
 
+import math
+import statistics
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -27,6 +29,40 @@ class Profile:
     share: Floats
     low: Floats
     high: Floats
+
+
+@dataclass(frozen=True)
+class Median:
+    """A median over independent systems, with an interval."""
+
+    value: float
+    low: float
+    high: float
+    count: int
+    """The number of systems."""
+    confident: bool
+    """Whether `low` and `high` are a confidence interval at LEVEL; else, with few systems, they are the range."""
+
+
+def median(values: Sequence[float]) -> Median:
+    """The median of at least one value, with its order-statistics interval at LEVEL.
+
+    The ends are the k-th value from below and from above, with the largest k that holds for any distribution: each value
+    is above the median with probability 1/2, so that their numbers are binomial. With fewer than 6 values there is none.
+
+    Examples
+    --------
+    >>> median([5.0, 1.0, 2.0, 9.0, 3.0, 4.0, 7.0, 8.0, 6.0])
+    Median(value=5.0, low=2.0, high=8.0, count=9, confident=True)
+    """
+    ordered = sorted(values)
+    count = len(ordered)
+    k, below = 0, 0.5**count  # the probability that at most k values are below the median
+    while below <= (1 - LEVEL) / 2:
+        k += 1
+        below += math.comb(count, k) * 0.5**count
+    place = max(k - 1, 0)
+    return Median(statistics.median(ordered), ordered[place], ordered[-1 - place], count, k > 0)
 
 
 def profiles(values: pd.DataFrame, points: Sequence[float], above: bool = False) -> list[Profile]:

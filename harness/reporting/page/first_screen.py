@@ -11,13 +11,13 @@ from gnomon.harness.contract.status import CANNOT_RUN, Status
 from gnomon.harness.reporting.figures_work import COUNTS, ERRORS, EXACT, MARGIN, SECONDS, expression
 from gnomon.harness.reporting.kept_parts import kept
 from gnomon.harness.reporting.page import moving
+from gnomon.harness.reporting.page.kind_table import kind_table
 from gnomon.harness.reporting.page.representing import Representatives, chosen_for, label
 from gnomon.harness.reporting.page.stills import NARROW, WIDE, figure, stills
 from gnomon.harness.reporting.style import DRESS, INK, OWN_GREY, QUIET, hue, records
 from gnomon.harness.results import analysis, profiles
-from gnomon.harness.results.contenders import ALONE, ANSWERED, OWN, THIRD, UNDECIDED, YOURS, division
+from gnomon.harness.results.contenders import OWN, THIRD, YOURS, division
 from gnomon.harness.results.number_text import error_text, join_words, power_text, time_text
-from gnomon.harness.results.separation import EQUAL, NEAR
 from markupsafe import Markup
 
 LEAD = "pendulum_simple"
@@ -28,13 +28,6 @@ FACTORS = 10 ** np.linspace(0, 3, 61)
 FEWEST = 12
 """Smallest number of cases in a profile."""
 AXES = {"time": "seconds", "calls": "calls"}
-MEANINGS = {
-    "ahead": "one library is ahead of all others",
-    "equal": "several equal within 1.25 times",
-    "open": f"open: libraries within {NEAR:g} times are not told apart",
-    "alone": "one library alone gets there",
-    "none": "none gets there",
-}
 FAILS = {
     "reaches": "reaches 1e-6",
     "rough": "runs, but not to 1e-6",
@@ -45,12 +38,12 @@ FAILS = {
 
 
 def first_screen(found: Representatives) -> dict[str, Any]:
-    """The parts of the first screen: `lead`, `profiles` (None with few cases), `bars`, `fails`, `faster`."""
+    """The parts of the first screen: `lead`, `kinds`, `profiles` (None with few cases), `fails`, `faster`."""
     by_axis = {"time": found.rows(found.run.equal), "calls": found.rows(found.run.counted)}
     return {
         "lead": _lead(found),
         "profiles": _profiles(found, by_axis),
-        "bars": _bars(found, by_axis["time"]) if len(found.complete) > 1 and found.third else [],
+        "kinds": kind_table(found, found.measured, found.limits) if len(found.complete) > 1 else None,
         "fails": _fails(found) if len(found.complete) > 1 else None,
         "stands": [one._asdict() for one in found.stands],
         "faster": [one._asdict() for one in found.faster(AT)],
@@ -319,81 +312,58 @@ def _ends(
 
 def _reached(found: Representatives, part: Sequence[Mapping[str, Any]]) -> str:
     """On how many of the cases that it can state each library reaches an error of 1e-6, third parties first, in falling order."""
-    known = _known(found)
     able = {
-        one.name: sum(_stated(known, case, one.methods.get(found.run.kind_of.get(case, ""))) for case in found.complete)
+        one.name: sum(_stated(found, case, one.methods.get(found.run.kind_of.get(case, ""))) for case in found.complete)
         for one in found.whole
     }
     ordered = sorted(part, key=lambda one: (one["stand"].division == OWN, -one["share"][-1]))
-    counts = [(one["stand"], round(one["share"][-1] * len(found.complete))) for one in ordered]
+    counts = [
+        (
+            stand,
+            sum(
+                found.reaches(case, str(stand.methods.get(found.run.kind_of.get(case, ""))), AT)
+                for case in found.complete
+            ),
+        )
+        for stand in (one["stand"] for one in ordered)
+    ]
     words = [f"{stand.title} on {count} of {able[stand.name]}" for stand, count in counts]
     others = sum(stand.division != OWN for stand, _ in counts)
     said = "; ".join(join_words(part) for part in (words[:others], words[others:]) if part)
-    return f"Of the cases that a library can state, it reaches {power_text(AT)} within 1000 times the least time of a third party: {said}."
-
-
-def _bars(found: Representatives, rows: pd.DataFrame) -> list[dict[str, Any]]:
-    """By error, on how many complete cases a third-party library is the fastest, several are equal, or it is open."""
-    bars = []
-    for target in TARGETS:
-        at = rows[(rows["target"] == target) & (rows["division"] == THIRD)]
-        counts = Counter(_outcome(part) for _, part in at.groupby("case"))
-        counts["none"] = len(found.complete) - counts.total()
-        bars.append(
-            {
-                "target": power_text(target),
-                "parts": [(kind, text, counts[kind]) for kind, text in MEANINGS.items() if counts[kind]],
-            }
-        )
-    return bars
-
-
-def _outcome(cell: pd.DataFrame) -> str:
-    kind = cell["cell"].iloc[0]
-    if kind == ANSWERED:
-        return "equal" if (cell["state"] == EQUAL).any() else "ahead"
-    return {UNDECIDED: "open", ALONE: "alone"}[kind]
+    return f"Of the cases that a library can state, it reaches {power_text(AT)} within {found.limits}: {said}."
 
 
 def _fails(found: Representatives) -> dict[str, Any]:
     """By kind of system and library, on how many complete cases its method reaches 1e-6, runs, fails or cannot run."""
-    known = _known(found)
     rows = []
     for kind, cases in found.run.kinds.items():
         inside = [case for case in cases if case in found.complete]
         if not inside:
             continue
         cells = [
-            {"stand": one, "method": one.methods.get(kind), "counts": _counts(known, inside, one.methods.get(kind))}
+            {"stand": one, "method": one.methods.get(kind), "counts": _counts(found, inside, one.methods.get(kind))}
             for one in found.stands
         ]
         rows.append({"kind": kind, "cases": inside, "cells": cells})
     return {"rows": rows, "meanings": FAILS}
 
 
-def _known(found: Representatives) -> dict[tuple[str, str], dict[str, Any]]:
-    """What is known of each pair of a case and an integrator, on default variants."""
-    return {(row["case"], row["integrator_id"]): row for row in analysis.records(analysis.own(found.run.matrix))}
-
-
-def _stated(known: Mapping[tuple[str, str], Mapping[str, Any]], case: str, method: str | None) -> bool:
+def _stated(found: Representatives, case: str, method: str | None) -> bool:
     """Whether a method can state a case, as far as is known."""
-    row = known.get((case, method or ""))
+    row = found.known.get((case, method or ""))
     return method is not None and (row is None or row["verdict"] not in CANNOT_RUN)
 
 
-def _counts(
-    known: Mapping[tuple[str, str], Mapping[str, Any]], cases: Sequence[str], method: str | None
-) -> list[tuple[str, int]]:
+def _counts(found: Representatives, cases: Sequence[str], method: str | None) -> list[tuple[str, int]]:
     counts: Counter[str] = Counter()
     for case in cases:
-        row = known.get((case, method or ""))
-        if not _stated(known, case, method):
+        row = found.known.get((case, method or ""))
+        if not _stated(found, case, method):
             counts["cannot"] += 1
         elif row is None:
             counts["unrun"] += 1
-        elif not row["settings_ok"]:
-            counts["fails"] += 1
+        elif found.reaches(case, str(method), AT):
+            counts["reaches"] += 1
         else:
-            counts["reaches" if row["best"] <= AT else "rough"] += 1
+            counts["rough" if row["settings_ok"] else "fails"] += 1
     return [(kind, counts[kind]) for kind in FAILS if counts[kind]]

@@ -8,8 +8,7 @@ from gnomon.harness.adapters.libraries import title
 from gnomon.harness.registry import lookup
 from gnomon.harness.reporting.page.case_tables import way
 from gnomon.harness.reporting.page.representing import Representatives, label
-from gnomon.harness.reporting.report_run import Run
-from gnomon.harness.results.advice.needs import OWN, YOURS, Answer, Cost, Measurements, Need, needs
+from gnomon.harness.results.advice.needs import OWN, YOURS, Answer, Cost, Need, needs
 from gnomon.harness.results.number_text import counted, join_words, power_text, short_text, time_text
 from gnomon.harness.results.profiles import OURS
 from gnomon.harness.running.own_equations import lines
@@ -17,11 +16,9 @@ from gnomon.harness.running.own_equations import lines
 NONE = "ran on no such system: it cannot state them, or was not asked to"
 
 
-def need_cards(run: Run, found: Representatives) -> list[dict[str, Any]]:
+def need_cards(found: Representatives) -> list[dict[str, Any]]:
     """The needs with their answers in words; empty if the complete cases of the run carry no recommendation."""
-    whole = set(found.complete)
-    equal, timed = (table[table["case"].isin(whole)] for table in (run.equal, run.frame))
-    all_ = needs(Measurements(equal, timed, found.run.kind_of))
+    all_ = needs(found.measured)
     present = {one.name for one in found.stands}
     return (
         [_card(one, present) for one in all_] if any(one.recommended for need in all_ for one in need.answers) else []

@@ -4,9 +4,9 @@ A best of 54 methods is never set against a best of 2, so each library has one m
 manual names (harness/registry/representatives.toml).
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -14,7 +14,8 @@ from gnomon.harness.adapters.libraries import LIBRARIES, title
 from gnomon.harness.registry.representatives import representative
 from gnomon.harness.reporting.report_run import Run
 from gnomon.harness.results import contenders, rankings
-from gnomon.harness.results.analysis import NEVER_RAN, own
+from gnomon.harness.results.advice.needs import Measurements
+from gnomon.harness.results.analysis import NEVER_RAN, own, records
 from gnomon.harness.results.contenders import OWN, THIRD, YOURS
 from gnomon.harness.results.profiles import OURS
 from gnomon.harness.results.separation import EQUAL, FASTEST
@@ -93,6 +94,31 @@ class Representatives:
         return [one for one in self.stands if all(pair in ran or pair[1] is None for pair in pairs[one.name])]
 
     @cached_property
+    def known(self) -> dict[tuple[str, str], dict[str, Any]]:
+        """What is known of each pair of a case and an integrator, on default variants."""
+        return {(row["case"], row["integrator_id"]): row for row in records(own(self.run.matrix))}
+
+    @cached_property
+    def measured(self) -> Measurements:
+        """The measurements of the complete cases."""
+        equal, rows = (table[table["case"].isin(self.complete)] for table in (self.run.equal, self.run.frame))
+        return Measurements(equal, rows, self.run.kind_of)
+
+    def reaches(self, case: str, method: str, target: float) -> bool:
+        """Whether a method reaches an error on a default variant: it has a time at this error, whatever others take."""
+        return (case, method, target) in self._reached
+
+    @cached_property
+    def _reached(self) -> set[tuple[str, str, float]]:
+        rows = own(self.run.equal_error)
+        return set(rows[["case", "integrator_id", "target"]].itertuples(index=False, name=None))
+
+    @cached_property
+    def limits(self) -> str:
+        """The time limits of a trial of this run, on default variants, in words."""
+        return limits_text(own(self.run.frame)["limit_seconds"])
+
+    @cached_property
     def third(self) -> list[str]:
         """The third-party libraries among `whole`."""
         return [one.name for one in self.whole if one.division == THIRD]
@@ -147,6 +173,15 @@ class Representatives:
         at = at.assign(value=at[column].where(~at["state"].isin([FASTEST, EQUAL]), least))
         table = at.pivot(index="case", columns="stand", values="value")
         return table.reindex(index=self.complete, columns=[one.name for one in self.whole]).fillna(np.inf)
+
+
+def limits_text(limits: Iterable[float]) -> str:
+    """The time limits of a trial in words, with their range."""
+    known = sorted({limit for limit in limits if limit > 0})
+    if not known:
+        return "the time limit of a trial"
+    several = f"{known[0]:g} s" + (f" to {known[-1]:g} s, by case and integrator" if len(known) > 1 else "")
+    return f"the time limit of a trial ({several})"
 
 
 def label(name: str) -> str:

@@ -97,9 +97,26 @@
   }
 
   // HTML by name, unfolded when it is first asked for.
-  function html(of, name) {
-    if (data[of].markup) data[of] = unfold(data[of]);
-    return data[of][name] ?? "";
+  function html(of, name, within = data) {
+    if (within[of].markup) within[of] = unfold(within[of]);
+    return within[of][name] ?? "";
+  }
+
+  // The table of kinds of systems, and the sentence on the first of a reader's libraries. All of it is in the data.
+  function showKinds() {
+    const choice = (role, first) => byRole(role)?.value ?? first;
+    const [first] = Object.keys(data.kinds.orders);
+    const [clock, group] = first.split("/");
+    const key = [choice("clock", clock), choice("group", group), byRole("error").value].join("/");
+    const place = `${key}/${byRole("kind").value}`;
+    const mine = all('input[name="mine"]:checked').map((box) => box.value);
+    const best = data.kinds.orders[place].find((name) => mine.includes(name));
+    byRole("kinds").innerHTML = html("tables", key, data.kinds);
+    byRole("answer").innerHTML = best === undefined ? data.kinds.nobody : html("said", `${place}/${best}`, data.kinds);
+    byRole("shown-error").textContent = byRole("error").value;
+    const code = byRole("answer").querySelector("pre");
+    const lines = data.kinds.lines[code?.dataset.lines];
+    if (lines) code.textContent = lines.replace("{setting}", code.textContent);
   }
 
   // Parts of the page are drawn when a reader comes to them: scrolls near, opens, searches, follows a link, or prints.
@@ -332,6 +349,11 @@
     byRole("find-card")?.addEventListener("input", (event) => findCard(event.target.value));
     byRole("case").addEventListener("change", (event) => showCase(event.target.value));
     byRole("problem").addEventListener("change", showProblem);
+    if (data.kinds) {
+      byRole("choices").hidden = false;
+      byRole("choices").addEventListener("change", showKinds);
+      showKinds();
+    }
     const button = byRole("download");
     button.hidden = false;
     button.addEventListener("click", download);

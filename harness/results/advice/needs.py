@@ -200,6 +200,11 @@ class Measurements:
         }
         self._sweeps = _sweeps(own)
 
+    @property
+    def problems(self) -> AbstractSet[Problem]:
+        """The problems of the measurements."""
+        return self._tried.keys()
+
     def subject_problems(self, subject: Subject) -> list[Problem]:
         """The problems of the run that count for a subject, if any integrator was tried on them."""
         return [

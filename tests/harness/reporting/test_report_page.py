@@ -14,6 +14,7 @@ from browser_visits import BROWSER, LIMIT, Visit, wait_until_ready
 from gnomon.cases import case_class
 from gnomon.harness.reporting.report import write_report
 from gnomon.harness.results import schema
+from page_parts import carried, unfold
 from playwright.sync_api import Page, expect
 
 pytestmark = BROWSER
@@ -284,6 +285,51 @@ def test_an_empty_diagram_is_not_shown_but_said(
     panel.locator('[data-role="problem"]').select_option(problem)
     assert [panel.locator(part).is_visible() for part in ("figure", '[data-role="nothing"]')] == shown
     assert here.complaints == []
+
+
+def test_the_table_of_kinds_shows_for_every_choice_what_was_computed(visit: Callable[..., Visit], report: Path) -> None:
+    """The script only chooses: tables and sentences are those of Python, for each error, group, kind and library."""
+    here = visit()
+    page = here.open(report)
+    kinds = carried(report)["kinds"]
+    tables, said = unfold(kinds["tables"]), unfold(kinds["said"])
+    shown = "document.querySelector('[data-role=kinds]').innerHTML"
+    for key, table in tables.items():
+        _, group, error = key.split("/")
+        page.locator('[data-role="error"]').select_option(error)
+        page.locator('[data-role="group"]').select_option(group)
+        assert page.evaluate(shown) == page.evaluate(_PARSED, table)
+        for kind in page.locator('[data-role="kind"] option').all():
+            name = kind.get_attribute("value")
+            page.locator('[data-role="kind"]').select_option(name)
+            order = kinds["orders"][f"{key}/{name}"]
+            answer = page.locator('[data-role="answer"] p').inner_text()
+            expected = said[f"{key}/{name}/{order[0]}"] if order else kinds["nobody"]
+            assert answer == page.evaluate(_WORDS, expected)
+            lines = page.locator('[data-role="answer"] pre')
+            if order and order[0] in ("scipy", "heyoka", "gnomon"):
+                assert "gnomon.solve(" in (lines.text_content() or "")
+    assert len(tables) == 8
+    assert here.complaints == []
+
+
+def test_the_sentence_is_of_the_libraries_that_a_reader_has(visit: Callable[..., Visit], report: Path) -> None:
+    page = visit().open(report)
+    kinds = carried(report)["kinds"]
+    said = unfold(kinds["said"])
+    place = "seconds/third/1e-6/" + (page.locator('[data-role="kind"]').input_value())
+    first, second = kinds["orders"][place][:2]
+    page.locator(".mine summary").click()
+    page.locator(f'input[name="mine"][value="{first}"]').uncheck()
+    answer = page.locator('[data-role="answer"] p')
+    expect(answer).to_have_text(page.evaluate(_WORDS, said[f"{place}/{second}"]))
+    for box in page.locator('input[name="mine"]:checked').all():
+        box.uncheck()
+    assert "None of these libraries" in answer.inner_text()
+
+
+_PARSED = "html => { const table = document.createElement('table'); table.innerHTML = html; return table.innerHTML; }"
+_WORDS = "html => { const part = document.createElement('div'); part.innerHTML = html; return part.querySelector('p').textContent; }"
 
 
 def test_searches_find_and_say_where_they_find_nothing(visit: Callable[..., Visit], report: Path) -> None:

@@ -1,5 +1,7 @@
 """Performance profiles: shares that are counted, failures, bands."""
 
+import math
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -52,3 +54,22 @@ def test_variants_of_a_case_are_drawn_together() -> None:
     values = pd.DataFrame({"x": [1.0] * 20 + [0.0] * 20}, index=index)
     (one,) = profiles.profiles(values, [1.0], above=True)
     assert (one.low[0], one.share[0], one.high[0]) == (0.0, 0.5, 1.0)
+
+
+@pytest.mark.parametrize("count", [6, 9, 20])
+def test_the_interval_of_a_median_covers_it_whatever_the_distribution(count: int) -> None:
+    """Factors of systems are skew: their logarithms have heavy tails here, with a median of 0."""
+    draw = np.random.default_rng(count)
+    samples = np.exp(draw.standard_t(1.5, size=(4000, count)))
+    found = [profiles.median(sample.tolist()) for sample in samples]
+    covered = np.mean([one.low <= 1 <= one.high for one in found])
+    assert covered >= 0.95 - 3 * math.sqrt(0.05 * 0.95 / len(found))
+    assert all(one.confident and one.count == count for one in found)
+
+
+def test_few_systems_have_a_range_that_is_no_interval() -> None:
+    """The range of five values holds the median in 94 % alone."""
+    found = profiles.median([3.0, 1.0, 2.0, 5.0, 4.0])
+    assert (found.value, found.low, found.high, found.confident) == (3.0, 1.0, 5.0, False)
+    assert profiles.median([3.0]).confident is False
+    assert profiles.median([*range(1, 7)]).confident

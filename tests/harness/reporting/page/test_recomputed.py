@@ -30,6 +30,8 @@ from scipy import stats
 
 THIRD = {"scipy": "SciPy", "rebound": "REBOUND", "heyoka": "heyoka", "sksundae": "SUNDIALS"}
 EVERY = THIRD | {"gnomon": "gnomon", "mine": "stepper"}
+EVERY_TITLES = {title: "mine:stepper" if library == "mine" else library for library, title in EVERY.items()}
+"""By title, the name of a library, or of an integrator of the user's, in the data of the page."""
 KIND = "Forces of position and time alone"
 """The kind of all invented systems."""
 TARGETS = (1e-3, 1e-6, 1e-9, 1e-12)
@@ -348,22 +350,69 @@ def test_the_sentence_below_the_profiles_has_their_right_ends(shown: Shown) -> N
         assert re.search(rf"{title} on {count} of \d", said), (title, count, said)
 
 
-def test_the_bars_count_what_other_code_finds(shown: Shown) -> None:
-    places = ranks(of_libraries(shown.cells, THIRD, stands()), shown.scatter)
-    kinds = set()
-    for bar in shown.words["first"]["bars"]:
-        counted: dict[str, int] = {}
-        for case in shown.cases:
-            own = list(places.get((case, float(bar["target"])), {}).values())
-            kind = "none" if not own else "alone" if len(own) == 1 else "ahead"
-            if any(one.state == "open" and one.ratio < 1.5 for one in own):
-                kind = "open"
-            elif any(one.state == "equal" for one in own):
-                kind = "equal"
-            counted[kind] = counted.get(kind, 0) + 1
-        assert {kind: count for kind, _, count in bar["parts"]} == counted, bar["target"]
-        kinds |= set(counted)
-    assert kinds == {"ahead", "equal", "open", "alone", "none"}, "every outcome is in the run"
+def middle(factors: Sequence[float]) -> tuple[float, float, float, bool]:
+    """The median, the ends of its interval from scipy's binomial distribution, or of the range, and whether it is one."""
+    ordered, count = sorted(factors), len(factors)
+    chances = [1 - 2 * stats.binom.cdf(k, count, 0.5) for k in range(count // 2)]  # of the k-th value from each end on
+    k = max((k for k, chance in enumerate(chances) if chance >= 0.95), default=-1)
+    return statistics.median(ordered), ordered[max(k, 0)], ordered[-1 - max(k, 0)], k >= 0
+
+
+@pytest.mark.parametrize("group", ["third", "all"])
+def test_the_table_of_kinds_is_that_of_other_code(shown: Shown, group: str) -> None:
+    """At each error the median factor of every library to the fastest of its group, its interval, and what it reaches."""
+    chosen = stands()
+    kinds = shown.words["first"]["kinds"]
+    told = set()
+    for target in TARGETS:
+        cells = [
+            of_libraries({0: shown.cells.get((case, target), {})}, EVERY, chosen).get(0, {}) for case in shown.cases
+        ]
+        html = str(kinds["carried"]["tables"][f"seconds/{group}/{target:.0e}".replace("e-0", "e-")])
+        found = dict(re.findall(r'<td[^>]*data-label="([^"]*)">(.*?)</td>', html))
+        assert set(found) == {title for library, title in EVERY.items() if group == "all" or library != "gnomon"}
+        for library, title in EVERY.items():
+            if title not in found:
+                continue
+            factors, reached_ = [], 0
+            for own in cells:
+                scale = [one.seconds for name, one in own.items() if group == "all" or name.partition(":")[0] in THIRD]
+                if chosen[library] in own:
+                    reached_ += 1
+                    factors += [own[chosen[library]].seconds / min(scale)] if scale else []
+            text = re.sub(r"<[^>]+>", " ", found[title])
+            assert f"{reached_} of {len(shown.cases)}" in text
+            if factors:
+                value, low, high, confident = middle(factors)
+                said = [float(word.replace("\u202f", "")) for word in re.findall(r"[\d.\u202f]*\d", text)]
+                assert said[0] == pytest.approx(value, rel=0.051)
+                if len(factors) > 1:
+                    assert said[1:3] == pytest.approx([low, high], rel=0.051)
+                    assert ("[" not in text) == confident
+                told.add(library)
+    assert told >= set(THIRD)
+
+
+def test_the_sentence_on_a_choice_is_of_the_first_in_its_order(shown: Shown) -> None:
+    """Its numbers are those of the table; the first is the least factor of the libraries that reach half of the systems."""
+    carried = shown.words["first"]["kinds"]["carried"]
+    for place, names in carried["orders"].items():
+        key = place.rpartition("/")[0]
+        cells = re.findall(
+            r"<td[^>]*data-label=\"([^\"]*)\"><b>([\d.\u202f]+) ×.*?(\d+) of (\d+)", str(carried["tables"][key])
+        )
+        titles = {title: EVERY_TITLES[title] for title, *_ in cells}
+        half = {
+            titles[title]: float(factor.replace("\u202f", "")) for title, factor, n, m in cells if 2 * int(n) >= int(m)
+        }
+        assert sorted(names) == sorted(titles.values())
+        if half:
+            assert half[names[0]] == min(half.values())
+        for title, factor, reached_, systems in cells:
+            said = re.sub(r"<[^>]+>", "", str(carried["said"][f"{place}/{titles[title]}"]))
+            assert f"{factor} ×" in said
+            assert f"on {reached_} of {systems} system" in said
+            assert stands()[titles[title].partition(":")[0]].partition(":")[2] in said
 
 
 class Table(HTMLParser):

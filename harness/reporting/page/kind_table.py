@@ -1,0 +1,286 @@
+"""The table of kinds of systems by libraries: how far each library is from the fastest, and one sentence for a choice.
+
+All that the page can show of it is written here; its script only chooses.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from gnomon.harness.registry import lookup
+from gnomon.harness.reporting.page.representing import Representatives, Stand, label
+from gnomon.harness.results import profiles
+from gnomon.harness.results.advice.needs import Measurements, Setting
+from gnomon.harness.results.analysis import own, records
+from gnomon.harness.results.contenders import OWN, THIRD
+from gnomon.harness.results.equal_error import TARGETS
+from gnomon.harness.results.number_text import counted, join_words, power_text, ratio_text, short_text
+from gnomon.harness.running.own_equations import lines
+from markupsafe import Markup, escape
+
+CLOCKS = {"seconds": "whole call", "more_seconds": "one more period"}
+"""Columns of `analysis.equal_error`, and their names on the page."""
+GROUPS = {"third": "third parties", "all": "all"}
+"""Which libraries are shown and set the scale."""
+AT = 1e-6
+"""The error that the page shows first."""
+HALF = 0.5
+"""Least share of the systems that a library reaches for being named before those that are faster on fewer."""
+PLACE = "{setting}"
+"""Stands in the lines of a method for its setting."""
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A library on the systems of a kind at an error."""
+
+    stand: Stand
+    method: str
+    factor: profiles.Median | None
+    """Of its time over the least, on the systems that it reaches; None if it reaches none."""
+    reached: int
+    systems: int
+    """Systems whose result is known."""
+    setting: Setting | None
+    """Of the median system."""
+    span: tuple[float, float]
+    """Its loosest and its tightest relative setting."""
+
+
+class KindTable:
+    """The entries of a run. `measured`: of its complete cases."""
+
+    def __init__(self, found: Representatives, measured: Measurements) -> None:
+        self.found, self.measured = found, measured
+        rows = own(found.run.equal_error[found.run.equal_error["case"].isin(found.complete)])
+        self.at = {
+            (row["case"], row["integrator_id"], row["target"]): row
+            for row in records(rows, ("case", "integrator_id", "target", *CLOCKS))
+        }
+        self.kinds = {
+            kind: cases
+            for kind, of in found.run.kinds.items()
+            if (cases := [case for case in of if case in found.complete and (case, "") in measured.problems])
+        }
+        known = [name for name in CLOCKS if any(math.isfinite(row[name]) for row in self.at.values())]
+        self.clocks = known or [next(iter(CLOCKS))]
+        divisions = {one.division for one in found.stands}
+        self.groups = ["third"] * (THIRD in divisions) + ["all"] * (divisions != {THIRD})
+
+    def members(self, group: str) -> list[Stand]:
+        """The libraries of a group; an integrator that the run was given is in both."""
+        return [one for one in self.found.stands if group == "all" or one.division != OWN]
+
+    def systems(self, kind: str, stand: Stand) -> list[str]:
+        """The systems of a kind on which the result of a library is known; those that it cannot state are among them.
+
+        Not those on which its method is exact by construction, which show nothing about it.
+        """
+        method = stand.methods.get(kind)
+        if method is None:
+            return []
+        cases = [case for case in self.kinds[kind] if (case, method) in self.found.known]
+        return [case for case in cases if not self.measured.exact((case, ""), method)]
+
+    def entries(self, kind: str, error: float, clock: str, group: str) -> list[Entry]:
+        """The entry of each library that has a method for a kind."""
+        members = [one for one in self.members(group) if one.methods.get(kind) is not None]
+        cases = {one.name: self.systems(kind, one) for one in members}
+        times = {
+            one.name: {
+                case: float(row[clock])
+                for case in cases[one.name]
+                if (row := self.at.get((case, str(one.methods[kind]), error))) is not None
+            }
+            for one in members
+        }
+        least: dict[str, float] = {}
+        for one in members:
+            if group == "all" or one.division == THIRD:
+                for case, seconds in times[one.name].items():
+                    if math.isfinite(seconds):
+                        least[case] = min(seconds, least.get(case, math.inf))
+        return [self._entry(one, kind, error, cases[one.name], times[one.name], least) for one in members]
+
+    def _entry(
+        self,
+        stand: Stand,
+        kind: str,
+        error: float,
+        cases: Sequence[str],
+        times: Mapping[str, float],
+        least: Mapping[str, float],
+    ) -> Entry:
+        method = str(stand.methods[kind])
+        factors = [at / least[case] for case, at in times.items() if math.isfinite(at) and case in least]
+        reached = [self.measured.reached((case, ""), method, error) for case in times]
+        settings = sorted((one.setting for one in reached if one is not None), key=lambda one: -one.relative)
+        return Entry(
+            stand,
+            method,
+            profiles.median(factors) if factors else None,
+            len(times),
+            len(cases),
+            settings[len(settings) // 2] if settings else None,
+            (settings[0].relative, settings[-1].relative) if settings else (math.nan, math.nan),
+        )
+
+
+def order(entries: Sequence[Entry]) -> list[Entry]:
+    """The entries that reach the error, the best first: by factor those that reach HALF of the systems, then by reach."""
+    some = [one for one in entries if one.factor is not None]
+    return sorted(
+        some,
+        key=lambda one: (
+            one.reached < HALF * one.systems,
+            -one.reached if one.reached < HALF * one.systems else 0,
+            one.factor.value if one.factor is not None else math.inf,
+        ),
+    )
+
+
+def kind_table(found: Representatives, measured: Measurements, limits: str) -> dict[str, Any] | None:
+    """The table for the page: what it shows first, and all that the script may choose; None with fewer than two libraries.
+
+    `limits`: the time limits of a trial in words.
+    """
+    table = KindTable(found, measured)
+    if len(found.stands) < 2 or not table.kinds:
+        return None
+    shown: dict[str, Markup] = {}
+    said: dict[str, Markup] = {}
+    orders: dict[str, list[str]] = {}
+    methods: dict[str, None] = {}
+    for clock in table.clocks:
+        for group in table.groups:
+            for error in TARGETS:
+                key = f"{clock}/{group}/{power_text(error)}"
+                of = {kind: table.entries(kind, error, clock, group) for kind in table.kinds}
+                shown[key] = _html(table, group, of)
+                for kind, entries in of.items():
+                    ordered = order(entries)
+                    place = f"{key}/{kind}"
+                    orders[place] = [one.stand.name for one in ordered]
+                    methods |= dict.fromkeys(one.method for one in ordered)
+                    said |= {f"{place}/{one.stand.name}": sentence(one, error, clock, group) for one in ordered}
+    known = lookup.everything()
+    code = {name: lines(known[name], PLACE) for name in methods if name in known}
+    first = f"{table.clocks[0]}/{table.groups[0]}/{power_text(AT)}"
+    opening = next((kind for kind in table.kinds if orders[f"{first}/{kind}"]), next(iter(table.kinds)))
+    best = orders[f"{first}/{opening}"]
+    return {
+        "kinds": {kind: len(cases) for kind, cases in table.kinds.items()},
+        "errors": [power_text(error) for error in TARGETS],
+        "clocks": {name: CLOCKS[name] for name in table.clocks},
+        "groups": {name: GROUPS[name] for name in table.groups},
+        "libraries": {one.name: one.title for one in found.stands},
+        "opening": opening,
+        "first": shown[first],
+        "said": said[f"{first}/{opening}/{best[0]}"] if best else nobody(limits),
+        "at": power_text(AT),
+        "limits": limits,
+        "carried": {
+            "tables": {key: str(html) for key, html in shown.items()},
+            "said": {key: str(html) for key, html in said.items()},
+            "orders": orders,
+            "lines": {name: text for name, text in code.items() if text is not None},
+            "nobody": str(nobody(limits)),
+        },
+    }
+
+
+def nobody(limits: str) -> Markup:
+    """What is said where no chosen library reaches the error."""
+    return Markup("<p>None of these libraries reaches this error on a system of this kind within {}.</p>").format(
+        limits
+    )
+
+
+def sentence(one: Entry, error: float, clock: str, group: str) -> Markup:
+    """Method, setting, factor to the best with its interval; then the setting alone, in whose place the page puts the lines."""
+    whose = "third party" if group == "third" else "library"
+    of = "time" if clock == "seconds" else "time of one more period"
+    text = Markup(
+        "<p><b>{}</b>{}: <b>{} ×</b> the {} of the fastest {} ({}). It reaches an error of {} on {} of {}.</p>"
+    ).format(
+        label(one.method),
+        _setting(one),
+        _factor(one),
+        of,
+        whose,
+        interval_text(one),
+        power_text(error),
+        one.reached,
+        counted(one.systems, "system"),
+    )
+    if one.setting is None:
+        return text
+    value = f"step={one.setting.relative:g}" if one.setting.kind == "step" else f"rtol={one.setting.value:g}"
+    code = Markup('<details><summary>Lines of code</summary><pre data-lines="{}">{}</pre></details>')
+    return text + code.format(one.method, value)
+
+
+def _factor(one: Entry) -> str:
+    value = one.factor.value if one.factor is not None else math.nan
+    return ratio_text(value) if not value < 0.95 else f"{value:.2g}"
+
+
+def interval_text(one: Entry) -> str:
+    """The interval of a median in words, with the number of systems on which it rests."""
+    if one.factor is None:
+        return ""
+    low, high = (short_text(end) for end in (one.factor.low, one.factor.high))
+    if one.factor.confident:
+        return f"95 % interval of the median {low} to {high}, by order statistics over {one.factor.count} independent systems"
+    if one.factor.count == 1:
+        return "on one system alone"
+    return f"range {low} to {high} over {one.factor.count} systems, too few for an interval"
+
+
+def _setting(one: Entry) -> str:
+    if one.setting is None:
+        return ""
+    if one.setting.kind == "tolerance":
+        loose, tight = (power_text(end) for end in one.span)
+        several = f" ({loose} to {tight})" if loose != tight else ""
+        return f" with a tolerance of {power_text(one.setting.value)}{several}"
+    return f" with a step of {short_text(one.setting.relative)} of the time scale"
+
+
+def _html(table: KindTable, group: str, of: Mapping[str, Sequence[Entry]]) -> Markup:
+    """The table of a clock, a group and an error, a row a kind, a column a library."""
+    members = [one for one in table.members(group) if any(one.methods.get(kind) for kind in table.kinds)]
+    heads = Markup("").join(Markup('<th scope="col">{}</th>').format(one.title) for one in members)
+    rows = []
+    for kind, entries in of.items():
+        by_name = {one.stand.name: one for one in entries}
+        best = next(iter(order(entries)), None)
+        cells = Markup("").join(
+            _cell(one, by_name.get(one.name), best is not None and one.name == best.stand.name) for one in members
+        )
+        name, _, more = kind.partition(":")
+        cases = table.kinds[kind]
+        rows.append(
+            Markup('<tr><th scope="row" title="{}">{}<small>{}</small></th>{}</tr>').format(
+                join_words(cases), name, counted(len(cases), "system") + (f":{more}" if more else ""), cells
+            )
+        )
+    return Markup('<thead><tr><th scope="col">kind of system</th>{}</tr></thead><tbody>{}</tbody>').format(
+        heads, Markup("").join(rows)
+    )
+
+
+def _cell(stand: Stand, one: Entry | None, best: bool) -> Markup:
+    if one is None:
+        return Markup('<td class="none" data-label="{}">–</td>').format(stand.title)
+    reached = f"{one.reached} of {one.systems}" if one.systems else "exact, or not run"
+    if one.factor is None:
+        return Markup('<td class="none" data-label="{}"><small>{}</small></td>').format(stand.title, reached)
+    low, high = (short_text(end) for end in (one.factor.low, one.factor.high))
+    interval = "" if one.factor.count == 1 else f"{low} – {high}"
+    interval = interval if one.factor.confident or not interval else f"[{interval}]"
+    apart = f", factor on {one.factor.count}" if one.factor.count != one.reached else ""
+    return Markup('<td{} data-label="{}"><b>{} ×</b><small>{}</small><small>{}{}</small></td>').format(
+        Markup(' class="best"') if best else "", stand.title, _factor(one), interval, reached, escape(apart)
+    )
