@@ -10,6 +10,8 @@ import numpy as np
 import pandas as pd
 from gnomon.harness.adapters.absent import ABSENT
 from gnomon.harness.adapters.libraries import title
+from gnomon.harness.contract.status import Status
+from gnomon.harness.registry import environment
 from gnomon.harness.registry.representatives import representative
 from gnomon.harness.reporting import (
     provenance,
@@ -71,6 +73,9 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> 
         "missing": missing(run.outstanding),
         "history": runs[-1],
         "environment": together(environments),
+        "made": made_text(environments, environment.describe()),
+        "limits": found.limits,
+        "limited": {status: f" ({found.limit_seconds})" if status in LIMITED else "" for status in style.MEANINGS},
         "machines": machines_text(run.frame),
         "scatter": run.scatter[OWN],
         "open": open_text(run.equal),
@@ -84,7 +89,7 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> 
         "absent": ABSENT,
         "both_divisions": OURS in libraries and len(libraries) > 1,
         "divisions": DIVISIONS,
-        "multiples": multiples(run, beside["orders"], found.complete),
+        "multiples": multiples(run, beside, found.complete),
         "fastest": tables.fastest(run.equal, problems, unknown),
         "break_even": _break_even(run, found.complete),
         "solves": tables.BREAK_EVEN_HEADS,
@@ -266,9 +271,30 @@ def machines_text(frame: pd.DataFrame) -> str:
 
 
 def limits_text(reduced: pd.DataFrame) -> dict[str, str]:
-    """By case the time limit of a trial on its default variant, in words. `reduced`: `analysis.settings`."""
-    limits = reduced[reduced["variant"] == ""].groupby("case")["limit_seconds"].max().astype(float)
-    return {str(name): f"Each trial may take {limit:g} s." for name, limit in limits.items() if limit > 0}
+    """By case the time limits of a trial on its default variant, in words. `reduced`: `analysis.settings`."""
+    limits = reduced[(reduced["variant"] == "") & (reduced["limit_seconds"] > 0)].groupby("case")["limit_seconds"]
+    found = {}
+    for name, (low, high) in limits.agg(["min", "max"]).iterrows():
+        found[str(name)] = f"Each trial may take {low:g} s{f', one of an engine {high:g} s' if high > low else ''}."
+    return found
+
+
+LIMITED = (Status.TIMEOUT, Status.SKIPPED)
+"""Statuses that depend on the time limit of a trial, which stands beside them."""
+
+
+def made_text(environments: Sequence[Mapping[str, str | None]], writer: Mapping[str, str]) -> str:
+    """Which code measured, and which wrote the page. `writer`: the environment of the process that writes it."""
+
+    def code(versions: Sequence[tuple[str | None, str | None]]) -> str:
+        said = [
+            f"gnomon {version or '?'}, " + (f"revision {at}" if at else "of no known revision")
+            for version, at in versions
+        ]
+        return number_text.join_words(said)
+
+    measured = list(dict.fromkeys((one.get("gnomon"), one.get("revision")) for one in environments))
+    return f"Measured by {code(measured)}; written by {code([(writer.get('gnomon'), writer.get('revision'))])}."
 
 
 def open_text(equal: pd.DataFrame) -> str:

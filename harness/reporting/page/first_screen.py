@@ -15,7 +15,7 @@ from gnomon.harness.reporting.page.kind_table import kind_table
 from gnomon.harness.reporting.page.representing import Representatives, chosen_for, label
 from gnomon.harness.reporting.page.stills import NARROW, WIDE, figure, stills
 from gnomon.harness.reporting.style import DRESS, INK, OWN_GREY, QUIET, hue, records
-from gnomon.harness.results import analysis, profiles
+from gnomon.harness.results import analysis, number_text, profiles
 from gnomon.harness.results.contenders import OWN, THIRD, YOURS, division
 from gnomon.harness.results.number_text import error_text, join_words, power_text, time_text
 from markupsafe import Markup
@@ -31,7 +31,7 @@ AXES = {"time": "seconds", "calls": "calls"}
 FAILS = {
     "reaches": "reaches 1e-6",
     "rough": "runs, but not to 1e-6",
-    "fails": "fails at every setting within the time limit",
+    "fails": "fails at every setting",
     "cannot": "cannot state the case",
     "unrun": "not in this run",
 }
@@ -117,8 +117,11 @@ def _said(found: Representatives, case: str, names: Sequence[str], axis: str) ->
     text = "; ".join(", ".join(said[of]) for of in (YOURS, THIRD) if said[of])
     if said[OWN]:
         text += ("; and of gnomon’s own: " if text else "") + ", ".join(said[OWN])
-    what = "At" if axis == "time" else "Evaluations of the equations at"
-    return f"{what} an error of {power_text(AT)}: {text or 'not counted'}."
+    what = "on" if axis == "time" else "evaluations of the equations on"
+    title = number_text.lower_first(found.run.titles[case])
+    limits = f" within {found.limits_of(case)}" if "does not reach it" in text else ""
+    words = f"{what} “{title}” at an error of {power_text(AT)}: {text or 'not counted'}{limits}."
+    return words[0].upper() + words[1:]
 
 
 def _diagram(rows: pd.DataFrame, order: Sequence[str], axis: str, width: str) -> dict[str, Any]:
@@ -313,22 +316,16 @@ def _ends(
 def _reached(found: Representatives, part: Sequence[Mapping[str, Any]]) -> str:
     """On how many of the cases that it can state each library reaches an error of 1e-6, third parties first, in falling order."""
     able = {
-        one.name: sum(_stated(found, case, one.methods.get(found.run.kind_of.get(case, ""))) for case in found.complete)
-        for one in found.whole
+        one.name: sum(_stated(found, case, found.method(one, case)) for case in found.complete) for one in found.whole
     }
-    ordered = sorted(part, key=lambda one: (one["stand"].division == OWN, -one["share"][-1]))
-    counts = [
-        (
-            stand,
-            sum(
-                found.reaches(case, str(stand.methods.get(found.run.kind_of.get(case, ""))), AT)
-                for case in found.complete
-            ),
-        )
-        for stand in (one["stand"] for one in ordered)
-    ]
-    words = [f"{stand.title} on {count} of {able[stand.name]}" for stand, count in counts]
-    others = sum(stand.division != OWN for stand, _ in counts)
+    stands = [one["stand"] for one in part]
+    count = {
+        one.name: sum(found.reaches(case, str(found.method(one, case)), AT) for case in found.complete)
+        for one in stands
+    }
+    stands.sort(key=lambda one: (one.division == OWN, -count[one.name]))
+    words = [f"{one.title} on {count[one.name]} of {able[one.name]}" for one in stands]
+    others = sum(one.division != OWN for one in stands)
     said = "; ".join(join_words(part) for part in (words[:others], words[others:]) if part)
     return f"Of the cases that a library can state, it reaches {power_text(AT)} within {found.limits}: {said}."
 

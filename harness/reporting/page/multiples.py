@@ -13,7 +13,7 @@ from gnomon.harness.reporting.report_run import Run
 from gnomon.harness.reporting.tables import digits, first_use_text
 from gnomon.harness.results import contenders
 from gnomon.harness.results.analysis import first_uses, own
-from gnomon.harness.results.number_text import short_text
+from gnomon.harness.results.number_text import counted, short_text
 from gnomon.harness.results.rankings import solved
 from markupsafe import Markup
 
@@ -21,16 +21,17 @@ WIDTH, HEIGHT, MOST = 200, 64, 16
 """Pixels of a picture, and the digits at its upper edge."""
 
 
-def multiples(run: Run, benched: Mapping[str, Any] | None, cases: Sequence[str]) -> dict[str, list[dict[str, Any]]]:
+def multiples(run: Run, beside: Mapping[str, Any], cases: Sequence[str]) -> dict[str, list[dict[str, Any]]]:
     """For each integrator in its division a picture and its numbers, over the default variants of `cases` that it can run.
 
     The picture has the digits at the best setting on each case, the most first, and behind it those that double precision
-    allows. `benched`: the orders of gnomon's own integrators, measured by `make bench`.
+    allows. `beside`: `orders` and `growth`, measured by `make bench`, and `stability`, where they were measured.
     """
     trusted, reduced, orders = (part[part["case"].isin(cases)] for part in (run.trusted, run.reduced, run.orders))
     trusted, hard = own(trusted), solved(reduced)
     slopes = {str(name): part for name, part in own(orders).groupby("integrator_id")}
-    bench = {f"gnomon:{row['name']}": row for row in (benched or {"rows": []})["rows"]}
+    bench = {f"gnomon:{row['name']}": row for row in (beside.get("orders") or {"rows": []})["rows"]}
+    energies, speeds = _energies(beside), _speeds(run, cases)
     uses = first_uses(run.frame).to_dict("index")
     place = {name: k for k, name in enumerate(run.look["series"])}
     found: dict[str, list[dict[str, Any]]] = {}
@@ -53,6 +54,8 @@ def multiples(run: Run, benched: Mapping[str, Any] | None, cases: Sequence[str])
             "order": _order(slopes.get(str(name)), bench.get(str(name))),
             "over": short_text(float(over.median())) if len(over) else "",
             "hard": _solved(hard, str(name)),
+            "speed": speeds.get(str(name), ""),
+            "energy": energies.get(str(name), ""),
             "first": first_use_text(*uses[str(name)].values()) if str(name) in uses else "",
         }
         found.setdefault(contenders.division(str(part["library"].iloc[0])), []).append(row)
@@ -61,6 +64,33 @@ def multiples(run: Run, benched: Mapping[str, Any] | None, cases: Sequence[str])
         for division in (contenders.YOURS, contenders.THIRD, contenders.OWN)
         if division in found
     }
+
+
+def _speeds(run: Run, cases: Sequence[str]) -> dict[str, str]:
+    """For each integrator the median of its time over the least of a third party, with the number of cases."""
+    rows = own(run.equal)
+    rows = rows[rows["case"].isin(cases) & (rows["target"] == 1e-6)]
+    third = rows["division"] == contenders.THIRD
+    factors = rows.assign(factor=rows["ratio"].where(third, rows["against"])).dropna(subset=["factor"])
+    return {
+        str(name): f"{short_text(float(part.median()))} × the least time to 1e-6 ({counted(len(part), 'case')})"
+        for name, part in factors.groupby("integrator_id")["factor"]
+    }
+
+
+def _energies(beside: Mapping[str, Any]) -> dict[str, str]:
+    """For each integrator how its energy error grows over long spans: of `make bench`, else of `gnomon stability`."""
+    stability = (beside.get("stability") or {"rows": []})["rows"]
+    found = {
+        row["integrator"]: said.removesuffix(".")
+        for row in reversed(stability)
+        if row["panel"] == "long_time"
+        for said in reversed(row["sentences"])
+        if "energy" in said
+    }
+    for row in reversed((beside.get("growth") or {"rows": []})["rows"]):
+        found[f"gnomon:{row['name']}"] = f"{row['law']} over {row['periods']} periods of {row['case']}"
+    return found
 
 
 def _picture(best: Sequence[float], most: Sequence[float]) -> Markup:

@@ -104,6 +104,10 @@ class Representatives:
         equal, rows = (table[table["case"].isin(self.complete)] for table in (self.run.equal, self.run.frame))
         return Measurements(equal, rows, self.run.kind_of)
 
+    def method(self, stand: Stand, case: str) -> str | None:
+        """The method that stands for a library on a case."""
+        return stand.methods.get(self.run.kind_of.get(case, ""))
+
     def reaches(self, case: str, method: str, target: float) -> bool:
         """Whether a method reaches an error on a default variant: it has a time at this error, whatever others take."""
         return (case, method, target) in self._reached
@@ -116,7 +120,16 @@ class Representatives:
     @cached_property
     def limits(self) -> str:
         """The time limits of a trial of this run, on default variants, in words."""
-        return limits_text(own(self.run.frame)["limit_seconds"])
+        return f"the time limit of a trial ({self.limit_seconds})"
+
+    @cached_property
+    def limit_seconds(self) -> str:
+        return seconds_text(own(self.run.frame)["limit_seconds"])
+
+    def limits_of(self, case: str) -> str:
+        """The time limits of a trial of a case, on its default variant, in words."""
+        rows = own(self.run.frame)
+        return f"the time limit of a trial ({seconds_text(rows.loc[rows['case'] == case, 'limit_seconds'])})"
 
     @cached_property
     def third(self) -> list[str]:
@@ -175,13 +188,12 @@ class Representatives:
         return table.reindex(index=self.complete, columns=[one.name for one in self.whole]).fillna(np.inf)
 
 
-def limits_text(limits: Iterable[float]) -> str:
-    """The time limits of a trial in words, with their range."""
+def seconds_text(limits: Iterable[float]) -> str:
+    """Time limits in words, with their range."""
     known = sorted({limit for limit in limits if limit > 0})
     if not known:
-        return "the time limit of a trial"
-    several = f"{known[0]:g} s" + (f" to {known[-1]:g} s, by case and integrator" if len(known) > 1 else "")
-    return f"the time limit of a trial ({several})"
+        return "not recorded"
+    return f"{known[0]:g} s" + (f" to {known[-1]:g} s, longer for some cases and for engines" if len(known) > 1 else "")
 
 
 def label(name: str) -> str:

@@ -34,7 +34,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Run:
 
 def test_every_integrator_has_one_picture_in_its_division(run: Run) -> None:
     """A user's own first, then third parties, then gnomon's: no more, and nobody is left out."""
-    found = multiples(run, None, run.names)
+    found = multiples(run, {}, run.names)
     assert list(found) == ["yours", "third", "own"]
     names = {division: {row["name"] for row in rows} for division, rows in found.items()}
     assert names["yours"] == {"mine:stepper"}
@@ -46,7 +46,7 @@ def test_the_numbers_of_a_picture_are_those_of_the_default_variants(run: Run) ->
     """Counted again from the rows; of cases that are not asked for, nothing counts."""
     frame = run.frame[(run.frame["variant"] == "") & (run.frame["launch"] == 1)]
     for cases in (run.names, run.names[:2]):
-        rows = {row["name"]: row for part in multiples(run, None, cases).values() for row in part}
+        rows = {row["name"]: row for part in multiples(run, {}, cases).values() for row in part}
         for name, row in rows.items():
             own = frame[
                 (frame["integrator_id"] == name) & frame["case"].isin(cases) & (frame["status"] != "unsupported")

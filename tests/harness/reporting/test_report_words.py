@@ -16,6 +16,7 @@ from gnomon.harness.reporting.report_words import (
     hierarchy_rows,
     limits_text,
     machines_text,
+    made_text,
     open_text,
     together,
     tolerances_text,
@@ -26,10 +27,24 @@ from planted_sidecars import PAIR
 
 def test_the_time_limit_of_a_trial_is_said() -> None:
     rows = pd.DataFrame(
-        {"case": ["a", "b", "b", "c"], "variant": ["", "", "hard", ""], "limit_seconds": [1.0, 0.08, 9.0, None]}
+        {
+            "case": ["a", "b", "b", "c", "a"],
+            "variant": ["", "", "hard", "", ""],
+            "limit_seconds": [1.0, 0.08, 9.0, None, 2.0],
+        }
     )
     found = limits_text(rows)
-    assert {case: numbers_in(text) for case, text in found.items()} == {"a": ["1"], "b": ["0.08"]}
+    assert {case: numbers_in(text) for case, text in found.items()} == {"a": ["1", "2"], "b": ["0.08"]}
+
+
+def test_the_page_says_which_code_measured_and_which_wrote_it() -> None:
+    """It called the revision of the run that of the page, which later code may have written."""
+    measured = [{"gnomon": "1.0", "revision": "aaaa"}, {"gnomon": "1.0", "revision": "bbbb"}]
+    first, second = made_text(measured, {"gnomon": "1.1", "revision": "cccc"}).split(";")
+    assert {"aaaa", "bbbb"} <= set(first.replace(",", " ").split())
+    assert "cccc" in second
+    assert "cccc" not in first
+    assert "no known revision" in made_text([{}], {"gnomon": "1.1"})
 
 
 def test_the_share_of_open_cells_is_counted_by_division() -> None:

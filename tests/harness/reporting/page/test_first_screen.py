@@ -11,6 +11,8 @@ import pytest
 import synthetic
 from command_line import numbers_in
 from gnomon.harness.reporting.page import first_screen
+from gnomon.harness.reporting.page.case_tables import WAYS
+from gnomon.harness.reporting.page.multiples import _energies
 from gnomon.harness.reporting.page.representing import NAMED, Representatives
 from gnomon.harness.reporting.report import write_report
 from gnomon.harness.reporting.report_charts import work_problems
@@ -96,6 +98,53 @@ def _shares(run: Run, target: float, axis: str) -> dict[str, list[float]]:
     rows = found.rows(run.equal if axis == "time" else run.counted)
     parts = first_screen._shares(found, rows, target, first_screen.AXES[axis])
     return {one["stand"].name: [*one["share"], *one["low"], *one["high"]] for one in parts}
+
+
+def test_the_first_sentence_names_its_case_and_the_limit_of_a_trial(whole: tuple[Run, dict[str, Any]]) -> None:
+    """ "At an error of 1e-6: ..." was read as if it were of all cases."""
+    run, words = whole
+    lead = words["first"]["lead"]
+    for said in lead["said"].values():
+        assert run.titles[lead["case"]].lower() in said.lower()
+    limits = {f"{limit:g}" for limit in run.frame["limit_seconds"]}
+    assert any(limit in numbers_in(words["limits"]) for limit in limits)
+
+
+def test_a_library_reaches_an_error_however_long_others_take(
+    whole: tuple[Run, dict[str, Any]], without_drawing: Any, tmp_path: Path
+) -> None:
+    """The sentence below the profiles and the counts of failures have one definition: MuJoCo was on 44 of 109, beside 72."""
+    fast = [(*method[:5], method[5] * (1e-5 if method[0] == "heyoka" else 1), method[6]) for method in METHODS]
+    _, words = _words(tmp_path, fast)
+    for each in (words, whole[1]):
+        (row,) = each["first"]["fails"]["rows"]
+        for cell in row["cells"]:
+            count = dict(cell["counts"]).get("reaches", 0)
+            assert f"{cell['stand'].title} on {count} of" in each["first"]["profiles"]["said"]
+    assert words["first"]["profiles"]["said"] == whole[1]["first"]["profiles"]["said"]
+
+
+def test_every_integrator_has_a_line_with_all_that_the_readme_promises(whole: tuple[Run, dict[str, Any]]) -> None:
+    """Speed, digits, order, error over tolerance, hard variants, energy: where they were measured."""
+    rows = {row["name"]: row for of in whole[1]["multiples"].values() for row in of}
+    assert set(rows) == {f"{library}:{name}" for library, name, *_ in METHODS}
+    for name, row in rows.items():
+        first, *_ = numbers_in(row["speed"])
+        assert float(first) > 0, name
+        assert row["digits"]
+        assert row["over"] or row["order"]
+    growth = {"rows": [{"name": "RK4", "law": "t", "periods": "1e4", "case": "pendulum_simple"}]}
+    stability = {"rows": [{"integrator": "scipy:RK45", "panel": "long_time", "sentences": ["A.", "Its energy grows."]}]}
+    found = _energies({"growth": growth, "stability": stability})
+    assert found == {"gnomon:RK4": "t over 1e4 periods of pendulum_simple", "scipy:RK45": "Its energy grows"}
+
+
+def test_the_page_explains_each_way_that_it_names(tmp_path: Path) -> None:
+    """It said of all engines that Python calls them once a step, also of those that take a whole stretch of steps in a call."""
+    page, _ = _page(tmp_path, cases=ONE_CASE)
+    (explained,) = re.findall(r'<p id="ways">(.*?)</p>', page, re.DOTALL)
+    assert set(re.findall(r"<em>(.*?)</em>", explained)) == set(WAYS.values())
+    assert "once a step" not in explained
 
 
 def test_gnomon_sets_no_scale_where_it_is_faster_than_all(tmp_path: Path, without_drawing: Any) -> None:
@@ -211,7 +260,7 @@ def test_a_run_in_which_all_failed_says_of_each_that_it_does_not_get_there(tmp_p
     overview = _part(page, "overview")
     said = overview.partition('<p class="said">')[2].partition("</p>")[0]
     assert said.count("does not reach") == 7
-    assert numbers_in(re.sub(r"<[^>]+>", " ", said)) == ["1e-6"] * 2
+    assert numbers_in(re.sub(r"<[^>]+>", " ", said)) == ["1e-6", "1", "1e-6"], "the error, and the limit"
     assert "planted" in _part(page, "failures")
     assert "f-reaches" not in overview.partition('class="key"')[0]
 
