@@ -36,6 +36,7 @@ from gnomon.harness.results.break_even import break_even
 from gnomon.harness.results.contenders import ALONE, OWN, THIRD, UNDECIDED, YOURS
 from gnomon.harness.results.equal_error import TARGETS
 from gnomon.harness.results.profiles import OURS
+from gnomon.harness.results.separation import FASTEST, OPEN
 from gnomon.harness.running.call_cost import PYTHON_CALL
 from gnomon.harness.studies.drift import laws
 
@@ -298,7 +299,7 @@ def made_text(environments: Sequence[Mapping[str, str | None]], writer: Mapping[
 
 
 def open_text(equal: pd.DataFrame) -> str:
-    """How many cells of each division are open, in words. `equal`: `Run.equal`."""
+    """How many cells of each division are open, and of gnomon's methods how many pairs. `equal`: `Run.equal`."""
     own = analysis.own(equal)
     cells = own.drop_duplicates(["case", "target", "division"])
     words = {THIRD: "third parties", YOURS: "your integrators", OWN: "gnomon's methods"}
@@ -307,6 +308,9 @@ def open_text(equal: pd.DataFrame) -> str:
         kinds = cells.loc[(cells["division"] == name) & (cells["cell"] != ALONE), "cell"]
         if len(kinds):
             parts.append(f"{(kinds == UNDECIDED).sum()} of {number_text.counted(len(kinds), 'cell')} of {text}")
+    pairs = own.loc[(own["division"] == OWN) & (own["cell"] != ALONE) & (own["state"] != FASTEST), "state"]
+    if len(pairs):
+        parts[-1] += f" ({(pairs == OPEN).sum()} of their {number_text.counted(len(pairs), 'pair')})"
     return f"open: {', '.join(parts)}" if parts else "no cell has two integrators"
 
 

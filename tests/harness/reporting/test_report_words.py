@@ -51,11 +51,19 @@ def test_the_share_of_open_cells_is_counted_by_division() -> None:
     """A cell with one integrator has no pair, and counts in neither number."""
     kinds = {"a": (ANSWERED, THIRD), "b": (UNDECIDED, THIRD), "c": (ALONE, THIRD), "d": (ANSWERED, OWN)}
     rows = [
-        {"case": case, "variant": "", "formulation": "", "target": 1e-6, "cell": cell, "division": division}
+        {
+            "case": case,
+            "variant": "",
+            "formulation": "",
+            "target": 1e-6,
+            "cell": cell,
+            "division": division,
+            "state": state,
+        }
         for case, (cell, division) in kinds.items()
-        for _ in range(1 + (cell != ALONE))
+        for state in ("fastest", "open", "slower")[: 1 + 2 * (cell != ALONE)]
     ]
-    assert numbers_in(open_text(pd.DataFrame(rows))) == ["1", "2", "0", "1"]
+    assert numbers_in(open_text(pd.DataFrame(rows))) == ["1", "2", "0", "1", "1", "2"]
 
 
 def test_environments_of_several_runs_are_joined() -> None:
