@@ -136,7 +136,7 @@ def _carry_kinds(kinds: Mapping[str, Any] | None) -> dict[str, Any] | None:
     """All that the table of kinds can show, packed."""
     if kinds is None:
         return None
-    carried = kinds["carried"]
+    carried: dict[str, Any] = kinds["carried"]
     return carried | {name: pack_html(carried[name]) for name in ("tables", "said")}
 
 
