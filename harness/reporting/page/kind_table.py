@@ -42,6 +42,8 @@ class Entry:
     reached: int
     systems: int
     """Systems whose result is known."""
+    exact: int
+    """Systems on which its method is exact by construction, which are not among them."""
     setting: Setting | None
     """Of the median system."""
     span: tuple[float, float]
@@ -122,6 +124,7 @@ class KindTable:
             profiles.median(factors) if factors else None,
             len(times),
             len(cases),
+            sum(self.measured.exact((case, ""), method) for case in self.kinds[kind]),
             settings[len(settings) // 2] if settings else None,
             (settings[0].relative, settings[-1].relative) if settings else (math.nan, math.nan),
         )
@@ -274,7 +277,7 @@ def _html(table: KindTable, group: str, of: Mapping[str, Sequence[Entry]]) -> Ma
 def _cell(stand: Stand, one: Entry | None, best: bool) -> Markup:
     if one is None:
         return Markup('<td class="none" data-label="{}">–</td>').format(stand.title)
-    reached = f"{one.reached} of {one.systems}" if one.systems else "exact, or not run"
+    reached = f"{one.reached} of {one.systems}" if one.systems else f"exact on {one.exact}" if one.exact else "not run"
     if one.factor is None:
         return Markup('<td class="none" data-label="{}"><small>{}</small></td>').format(stand.title, reached)
     low, high = (short_text(end) for end in (one.factor.low, one.factor.high))
