@@ -185,7 +185,8 @@ def kind_table(found: Representatives, measured: Measurements, limits: str) -> d
         "limits": limits,
         "carried": {
             "tables": {key: str(html) for key, html in shown.items()},
-            "said": {key: str(html) for key, html in said.items()},
+            # Sentences on one library and kind beside each other repeat their numbers, and take fewer bytes.
+            "said": {key: str(said[key]) for key in sorted(said, key=lambda key: key.split("/", 3)[::-1])},
             "orders": orders,
             "lines": {name: text for name, text in code.items() if text is not None},
             "nobody": str(nobody(limits)),
