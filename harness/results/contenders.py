@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from gnomon.harness.adapters.libraries import LIBRARIES
 from gnomon.harness.contract.status import SCORED, Status
-from gnomon.harness.results.equal_error import reached
+from gnomon.harness.results.equal_error import reached, waited, without_waits
 from gnomon.harness.results.schema import TIMING_SPAN
 from gnomon.harness.results.separation import (
     NEAR,
@@ -107,15 +107,15 @@ _series = itemgetter("case", "variant", "formulation", "integrator_id", "machine
 
 def launched(rows: Iterable[Row]) -> list[Timed]:
     """Of each series that was launched several times, the setting with most launches; of several, the middle one."""
-    series: dict[tuple[Any, ...], dict[Any, dict[Launch, float]]] = {}
+    series: dict[tuple[Any, ...], dict[Any, dict[Launch, tuple[float, bool]]]] = {}
     for row in rows:
         seconds = row["seconds_median"]
         if row["status"] in SCORED and seconds is not None and seconds > 0:
-            series.setdefault(_series(row), {}).setdefault(row["setting"], {})[row.get("run", 1), row["launch"]] = (
-                seconds
-            )
+            at = series.setdefault(_series(row), {}).setdefault(row["setting"], {})
+            at[row.get("run", 1), row["launch"]] = seconds, waited(row)
     found = []
-    for key, settings in sorted(series.items(), key=lambda item: str(item[0])):
+    for key, every in sorted(series.items(), key=lambda item: str(item[0])):
+        settings = {setting: without_waits(at) for setting, at in every.items()}
         most = max(map(len, settings.values()))
         often = sorted((setting for setting, at in settings.items() if len(at) == most), key=lambda s: s or 0.0)
         if most > 1:

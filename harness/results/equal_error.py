@@ -2,11 +2,13 @@
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from gnomon.harness.contract.integrator import Floats
+from gnomon.harness.results.values import DELAYED
 
+K = TypeVar("K")
 TARGETS = (1e-3, 1e-6, 1e-9, 1e-12)
 
 
@@ -38,19 +40,20 @@ def reached(series: Sequence[Mapping[str, Any]], targets: Sequence[float] = TARG
     `series`: run, launch, setting, error_max, seconds_median, null_seconds and rhs_calls of its timed settings, loosest
     first. The error of a setting that diverged is infinite.
     """
-    launches: dict[int, dict[float, float]] = {}
+    at: dict[float, dict[int, tuple[float, bool]]] = {}
     errors: dict[int, dict[float, float]] = {}
     for row in series:
-        launches.setdefault(row["launch"], {})[row["setting"]] = row["seconds_median"]
+        at.setdefault(row["setting"], {})[row["launch"]] = row["seconds_median"], waited(row)
         errors.setdefault(row["launch"], {})[row["setting"]] = row["error_max"]
     # Slow settings are launched once: the errors are from the launch with most settings, and a launch without times
     # near the target is ignored.
     sweep = errors[max(sorted(errors), key=lambda launch: len(errors[launch]))]
     held = credited(list(sweep.values()))
     runs = {row["launch"]: row["run"] for row in series}
+    kept = {setting: without_waits(times) for setting, times in at.items()}
     nulls = [row["null_seconds"] for row in series if math.isfinite(row["null_seconds"])]
     null = float(np.median(nulls)) if nulls else math.nan
-    timed = {n: [seconds.get(setting, math.nan) for setting in sweep] for n, seconds in sorted(launches.items())}
+    timed = {n: [kept[setting].get(n, math.nan) for setting in sweep] for n in sorted(runs)}
     # Later launches do not count evaluations.
     known = {row["setting"]: float(row["rhs_calls"]) for row in series if (row["rhs_calls"] or 0) > 0}
     counted = [known.get(setting, math.nan) for setting in sweep]
@@ -64,6 +67,18 @@ def reached(series: Sequence[Mapping[str, Any]], targets: Sequence[float] = TARG
                 target, middle, min(times.values()), max(times.values()), len(times), times, bound, null / middle,
                 crossing(held, counted, target)[0], tuple(sorted(rests, reverse=True)),
             )  # fmt: skip
+
+
+def waited(row: Mapping[str, Any]) -> bool:
+    """Whether a measurement waited for a processor for more than `DELAYED` of its time."""
+    delay = row.get("delay_seconds")
+    return delay is not None and delay > DELAYED * row["seconds_median"]
+
+
+def without_waits(times: Mapping[K, tuple[float, bool]]) -> dict[K, float]:
+    """The times of launches, of which those that waited for a processor count only if all did: half may be waiting."""
+    quiet = {key: seconds for key, (seconds, has_waited) in times.items() if not has_waited}
+    return quiet or {key: seconds for key, (seconds, _) in times.items()}
 
 
 def geometric_mean(values: Iterable[float]) -> float:

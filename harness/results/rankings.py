@@ -39,7 +39,7 @@ def scatter(frame: pd.DataFrame) -> dict[str, Scatter]:
     """The scatter between launches in the rows of `analysis.tidy` by division, see `contenders.scatters`."""
     columns = ("case", "variant", "formulation", "integrator_id", "machine", "setting", "run", "launch")
     timed = frame[frame["seconds_median"].notna()]
-    return scatters(launched(records(timed, (*columns, "status", "seconds_median"))))
+    return scatters(launched(records(timed, (*columns, "status", "seconds_median", "delay_seconds"))))
 
 
 def ranked(equal: pd.DataFrame, scatter: Scatter) -> pd.DataFrame:

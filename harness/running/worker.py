@@ -367,7 +367,8 @@ class _Series:
 
         The time of a call that waited for a processor is replaced (see `_undelayed`), its states are not. A slow trial,
         or one with `repeats` 1, is timed in one call. If this call takes less than half of the estimate, the method may
-        have kept results from this start at another setting: then calls from new starts are timed.
+        have kept results from this start at another setting: then calls from new starts are timed. If they are short too,
+        the trial is: the estimate was of a first call, whose code was just loaded.
         """
         slow = estimate > request.slow_seconds or request.repeats == 1
         calls: list[Call] = []
@@ -389,6 +390,7 @@ class _Series:
                     others = again.states
                 calls.append(timed(again))
                 spent += again.seconds
+                slow = slow and not again.seconds < min(estimate / 2, request.slow_seconds)
         finally:
             gc.enable()
         return calls, scored, others

@@ -33,7 +33,7 @@ def series(
             **{"integrator_id": name, "status": "ok", "run": 1, "launch": launch, "setting_kind": "tolerance"},
             **{"setting": 10.0 ** -(3 + k), "error_max": error, "rhs_calls": 100.0 * (k + 1), "time_scale": 1.0},
             **{"seconds_median": time * (1, 1.01, 1 / 1.01)[launch % 3], "null_seconds": time / 100, "machine": "m"},
-            **{"prepare_seconds": 0.1, "steps": 10.0, "more_seconds": math.nan},
+            **{"prepare_seconds": 0.1, "steps": 10.0, "more_seconds": math.nan, "delay_seconds": 0.0},
         }
         for launch in range(1, launches + 1)
         for k, (error, time) in enumerate(zip(errors, seconds, strict=True))

@@ -120,6 +120,26 @@ def test_evaluations_are_counted_in_the_first_launch_alone() -> None:
     assert all(math.isnan(one.calls) for one in reached(without, (1e-4,)))
 
 
+def test_a_launch_that_waited_for_a_processor_counts_only_if_all_did() -> None:
+    """Of a time of 2 s, 0.9 s were the machine's other work; without a quiet launch it is all that is known."""
+    rows = [
+        {
+            "run": 1,
+            "launch": launch,
+            "setting": 1e-3,
+            "error_max": 1e-4,
+            "seconds_median": seconds,
+            "null_seconds": 0.01,
+        }
+        | {"rhs_calls": 9, "delay_seconds": delay}
+        for launch, seconds, delay in ((1, 2.0, 0.9), (2, 1.0, 0.0), (3, 1.1, 0.01))
+    ]
+    (quiet,) = reached(rows, (1e-3,))
+    assert quiet.times == {(1, 2): 1.0, (1, 3): 1.1}
+    (busy,) = reached(rows[:1], (1e-3,))
+    assert busy.times == {(1, 1): 2.0}
+
+
 def cells(times: dict[str, dict[str, list[float]]]) -> pd.DataFrame:
     """The rows of `equal_error` at 1e-6, from the seconds by launch of each integrator on each case."""
     rows: list[dict[str, Any]] = [

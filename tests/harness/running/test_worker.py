@@ -95,6 +95,12 @@ def test_a_call_that_is_quick_because_results_were_kept_is_followed_by_calls_fro
     assert timed(monkeypatch, [1.1], 2.0, slow=1.0, block=99.0, repeats=repeats)[0] == [0]
 
 
+def test_a_call_whose_code_was_just_loaded_does_not_make_a_trial_slow(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The first call of a later launch took 2 s, calls from any state take 0.25 s: they fill the block as in the first launch."""
+    numbers, scored, _ = timed(monkeypatch, [0.25] * 9, 2.0, slow=1.0, block=1.25, repeats=9)
+    assert (numbers, scored) == ([0, 1, 2, 3, 4], 0)
+
+
 def announced(monkeypatch: pytest.MonkeyPatch, seconds: float, estimate: float, repeats: int) -> list[bool]:
     """Whether each timed call of a trial was announced."""
     found: list[bool] = []
