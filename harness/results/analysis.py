@@ -154,8 +154,10 @@ def equal_error(frame: pd.DataFrame, targets: Sequence[float] = TARGETS) -> pd.D
     The error of a setting that diverged counts as infinite. A setting without a solution is ignored.
     """
     rows = []
-    columns = ("run", "launch", "setting", "error_max", *("seconds_median", "null_seconds", "delay_seconds"))
-    columns += ("rhs_calls", "more_seconds")
+    columns = (
+        *("run", "launch", "setting", "error_max", "seconds_median", "null_seconds", "delay_seconds"),
+        *("rhs_calls", "more_seconds"),
+    )
     chosen = frame["status"].isin(SCORED) & (frame["seconds_median"] > 0)
     usable = frame.loc[chosen, [*SERIES, "machine", "status", *columns]]
     usable = usable.assign(error_max=usable["error_max"].where(usable["status"] != Status.DIVERGED, math.inf))
