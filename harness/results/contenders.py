@@ -5,7 +5,7 @@ default variants in the case's own formulation count, of which times are precise
 """
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from operator import itemgetter
 from typing import Any, NamedTuple
 
@@ -130,35 +130,36 @@ def undecided(found: Sequence[Time], scatter: Mapping[str, Scatter]) -> dict[Nam
     of it that are not slower, so that they keep equal launches; none after MOST_LAUNCHES.
     """
     wanted: dict[Names, set[float]] = {}
-    for kind in (THIRD, YOURS, OWN):
-        cells: dict[tuple[str, str, float], list[Time]] = {}
-        for one in found:
-            if division(one.library) == kind:
-                cells.setdefault((one.case, one.variant, one.target), []).append(one)
-        judged = judge([[one.timed for one in rows] for rows in cells.values()], scatter[kind])
-        for rows, (compared, each, of) in zip(cells.values(), judged, strict=True):
-            near = [
-                one
-                for one, row, state in zip(rows, compared, each, strict=True)
-                if row.ratio < NEAR and state != SLOWER
-            ]
-            if of == UNDECIDED and min(len(one.times) for one in near) < MOST_LAUNCHES:
-                for one in near:
-                    wanted.setdefault((one.case, one.variant, one.integrator_id), set()).update(one.settings)
+    for _, rows, compared, each, of in _judged(found, scatter):
+        near = [
+            one for one, row, state in zip(rows, compared, each, strict=True) if row.ratio < NEAR and state != SLOWER
+        ]
+        if of == UNDECIDED and min(len(one.times) for one in near) < MOST_LAUNCHES:
+            for one in near:
+                wanted.setdefault((one.case, one.variant, one.integrator_id), set()).update(one.settings)
     return wanted
 
 
 def open_cells(found: Sequence[Time], scatter: Mapping[str, Scatter]) -> dict[str, tuple[int, int]]:
     """By division the numbers of open cells and of cells with a pair."""
-    counts = {}
-    for kind in (THIRD, YOURS, OWN):
-        cells: dict[tuple[str, str, float], list[Timed]] = {}
+    kinds: dict[str, list[str]] = {THIRD: [], YOURS: [], OWN: []}
+    for name, *_, of in _judged(found, scatter):
+        kinds[name].append(of)
+    return {name: (each.count(UNDECIDED), len(each) - each.count(ALONE)) for name, each in kinds.items()}
+
+
+def _judged(
+    found: Sequence[Time], scatter: Mapping[str, Scatter]
+) -> Iterator[tuple[str, list[Time], list[Compared], list[str], str]]:
+    """The cells of each division: its name, the times, their rows and states, the kind of the cell."""
+    for name in (THIRD, YOURS, OWN):
+        cells: dict[tuple[str, str, float], list[Time]] = {}
         for one in found:
-            if division(one.library) == kind:
-                cells.setdefault((one.case, one.variant, one.target), []).append(one.timed)
-        kinds = [of for *_, of in judge([*cells.values()], scatter[kind])]
-        counts[kind] = kinds.count(UNDECIDED), len(kinds) - kinds.count(ALONE)
-    return counts
+            if division(one.library) == name:
+                cells.setdefault((one.case, one.variant, one.target), []).append(one)
+        judged = judge([[one.timed for one in rows] for rows in cells.values()], scatter[name])
+        for rows, (compared, each, of) in zip(cells.values(), judged, strict=True):
+            yield name, rows, compared, each, of
 
 
 def _usable(rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:

@@ -20,6 +20,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from gnomon.harness.contract.integrator import Floats
+from gnomon.harness.results.equal_error import geometric_mean
 from scipy.special import bdtr, digamma, polygamma, stdtr, stdtrit
 
 RATE = 0.05
@@ -61,7 +62,7 @@ class Timed(NamedTuple):
     @property
     def middle(self) -> float:
         """The geometric mean of the times."""
-        return math.exp(sum(map(math.log, self.times.values())) / len(self.times))
+        return geometric_mean(self.times.values())
 
 
 class Compared(NamedTuple):

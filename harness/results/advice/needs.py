@@ -397,7 +397,8 @@ def _claim(
     """The claim of a method against the representatives; None if it was not tried on `FEWEST` of their systems.
 
     It is better if it reaches the error on more systems (sign test over the systems), or on no fewer ones and faster:
-    the t test of the logarithms' differences, one a system, each the mean over common launches. Systems on which it is exact by construction show nothing about it.
+    the t test of the logarithms' differences, one a system, each the mean over common launches. Systems on which it is
+    exact by construction show nothing about it.
     """
     systems = measured.systems(problems, name, error)
     both = [case for case in systems if case in base]

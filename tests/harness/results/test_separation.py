@@ -92,6 +92,17 @@ def test_the_shared_effect_of_launches_is_no_scatter() -> None:
     assert math.sqrt(without.shared) < SCATTER
 
 
+def test_series_with_few_and_many_launches_of_one_scatter_do_not_differ() -> None:
+    """The variance from two launches scatters more, and lies lower in its logarithm, than the one from six."""
+    rng = np.random.default_rng(12)
+    series = [
+        Timed("a", {(1, n): math.exp(SCATTER * rng.standard_normal()) for n in range(count)})
+        for count in (2, 6)
+        for _ in range(150)
+    ]
+    assert scatter_of(series).freedom > 10
+
+
 def test_series_with_other_launches_are_charged_for_the_shared_effect() -> None:
     """A launch of another hour may have found the machine at another speed."""
     rng = np.random.default_rng(10)
