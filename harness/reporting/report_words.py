@@ -91,7 +91,7 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> 
         "both_divisions": OURS in libraries and len(libraries) > 1,
         "divisions": DIVISIONS,
         "multiples": multiples(run, beside, found.complete),
-        "fastest": tables.fastest(run.equal, problems, unknown),
+        "fastest": tables.fastest(run.equal, problems, unknown, run.equal_later),
         "break_even": _break_even(run, found.complete),
         "solves": tables.BREAK_EVEN_HEADS,
         "times": case_tables(run),

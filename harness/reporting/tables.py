@@ -10,7 +10,7 @@ import pandas as pd
 from gnomon.harness.adapters.libraries import title
 from gnomon.harness.contract.status import Status
 from gnomon.harness.reporting.style import MEANINGS
-from gnomon.harness.results.analysis import NEVER_RAN, SERIES, fastest_later, records
+from gnomon.harness.results.analysis import NEVER_RAN, SERIES, records
 from gnomon.harness.results.break_even import SOLVES, AtError
 from gnomon.harness.results.contenders import ALONE, THIRD
 from gnomon.harness.results.equal_error import TARGETS
@@ -20,7 +20,6 @@ from gnomon.harness.results.number_text import (
     order_text,
     power_text,
     problem_name,
-    ratio_text,
     short_text,
     time_text,
 )
@@ -81,34 +80,44 @@ class Row:
     note: str = ""
 
 
-def fastest(equal: pd.DataFrame, problems: Sequence[tuple[str, str]], unknown: Mapping[str, str] = {}) -> list[Row]:
+def fastest(
+    equal: pd.DataFrame,
+    problems: Sequence[tuple[str, str]],
+    unknown: Mapping[str, str] = {},
+    later: pd.DataFrame | None = None,
+) -> list[Row]:
     """Per case and formulation, at each error, the fastest third-party integrator, and those not clearly behind it.
 
     A cell in which one more period has another order says so. Without third parties the rows are of the integrators that
-    there are. `equal`: `rankings.divisions`; `unknown`: cases of which nothing is said, and why.
+    there are. `equal`: `rankings.divisions`; `unknown`: cases of which nothing is said, and why; `later`:
+    `rankings.one_more_period`.
     """
-    default = equal[equal["variant"] == ""].sort_values("seconds")
-    third = default[default["division"] == THIRD]
-    chosen = third if len(third) else default
-    later = fastest_later(chosen)
-    found: dict[tuple[str, str, float], list[dict[str, Any]]] = {}
-    for row in records(chosen):
-        found.setdefault((row["case"], row["formulation"], row["target"]), []).append(row)
+    found, of_later = _cells(equal), {} if later is None else _cells(later)
     rows = []
     for case, formulation in problems:
-        without = Cell(unknown.get(case, "not reached"), kind="none")
-        at = [found.get((case, formulation, target)) for target in TARGETS]
-        cells = [_first_of(one) if one and case not in unknown else without for one in at]
-        for cell, target in zip(cells, TARGETS, strict=True):
-            if cell is not without and (case, "", formulation, target) in later:
-                name, factor = later[case, "", formulation, target]
-                cell.note += f"; of one more period {name} is the fastest, by {ratio_text(factor)} ×"
+        cells = []
+        for target in TARGETS:
+            at = found.get((case, formulation, target))
+            if at and case not in unknown:
+                cells.append(_first_of(at, of_later.get((case, formulation, target), ())))
+            else:
+                cells.append(Cell(unknown.get(case, "not reached"), kind="none"))
         rows.append(Row(case, cells, note=formulation))
     return rows
 
 
-def _first_of(at: Sequence[Mapping[str, Any]]) -> Cell:
-    """The cell for these rows, the shortest time first."""
+def _cells(equal: pd.DataFrame) -> dict[tuple[str, str, float], list[dict[str, Any]]]:
+    """By case, formulation and error the rows of third parties from the default start, the fastest first."""
+    default = equal[equal["variant"] == ""].sort_values("seconds")
+    third = default[default["division"] == THIRD]
+    found: dict[tuple[str, str, float], list[dict[str, Any]]] = {}
+    for row in records(third if len(third) else default):
+        found.setdefault((row["case"], row["formulation"], row["target"]), []).append(row)
+    return found
+
+
+def _first_of(at: Sequence[Mapping[str, Any]], later: Sequence[Mapping[str, Any]]) -> Cell:
+    """The cell for these rows, and those of one more period, the shortest time first."""
     first = at[0]
     bound = "≤ " if first["at_loosest"] else ""
     notes = [f"{bound}{time_text(first['seconds'])}", share_text(first["null_share"])]
@@ -117,6 +126,9 @@ def _first_of(at: Sequence[Mapping[str, Any]]) -> Cell:
     others = [row for row in at[1:] if row["state"] != SLOWER] or at[1:2]
     more = f" and {len(others) - 2} more" if len(others) > 2 else ""
     notes.append("; ".join(map(_against_first, others[:2])) + more)
+    for row in later:
+        if row["integrator_id"] == first["integrator_id"] and row["state"] == SLOWER:
+            notes.append(f"of one more period {later[0]['integrator_id']} is the fastest; {_against_first(row)}")
     return Cell(str(first["integrator_id"]), " · ".join(filter(None, notes)))
 
 

@@ -10,7 +10,6 @@ import pandas as pd
 from gnomon.harness.contract.status import NOT_BROKEN, SCORED, Status
 from gnomon.harness.results.equal_error import TARGETS, Reached, reached
 from gnomon.harness.results.schema import TIMES, TIMING_SPAN
-from gnomon.harness.results.separation import EQUAL_WITHIN
 from gnomon.harness.results.summary import ERRORS, KINDS, order
 from gnomon.harness.results.summary import NEVER_RAN as NEVER_RAN
 from gnomon.harness.results.summary import NOT_RUN as NOT_RUN
@@ -191,23 +190,6 @@ def one_more_period(equal: pd.DataFrame) -> pd.DataFrame:
         "launches": [len(times) for times in rows["more_times"]],
     }
     return rows.assign(seconds=rows["more_seconds"], times=rows["more_times"], null_share=0.0, **times)
-
-
-def fastest_later(equal: pd.DataFrame) -> dict[tuple[Any, ...], tuple[str, float]]:
-    """The cells (`PROBLEM`, target) of `equal_error` in which one more period has another order than the whole call.
-
-    By cell the integrator with the least time of one more period, and the factor by which it is faster there than the
-    integrator with the least time of the whole call. Factors up to EQUAL_WITHIN are left out, and cells in which one more
-    period of the latter was not measured.
-    """
-    found = {}
-    for cell, rows in equal.groupby([*PROBLEM, "target"]):
-        first = rows.loc[rows["seconds"].idxmin()]
-        later = rows.loc[rows["more_seconds"].idxmin()] if rows["more_seconds"].notna().any() else first
-        factor = first["more_seconds"] / later["more_seconds"]
-        if factor > EQUAL_WITHIN:  # nan is not
-            found[cell] = str(later["integrator_id"]), float(factor)
-    return found
 
 
 def trust(reduced: pd.DataFrame) -> pd.DataFrame:

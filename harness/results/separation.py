@@ -240,7 +240,8 @@ def compare(cell: Sequence[Timed], scatter: Scatter, first: int | None = None, c
 
 def compare_ratios(pairs: Sequence[Sequence[float]]) -> list[Compared]:
     """Each pair of two sides from the ratios of their times, one a launch; the scatter of a pair is combined with that of all."""
-    every = [Timed("", {(0, n): ratio for n, ratio in enumerate(ratios)}) for ratios in pairs]
+    # Both sides of a pair ran in one launch, so that its effect cancels: launches of different pairs share none.
+    every = [Timed("", {(pair, n): ratio for n, ratio in enumerate(ratios)}) for pair, ratios in enumerate(pairs)]
     scatter = scatter_of(every)
     found = []
     for one in every:

@@ -215,7 +215,9 @@ def _made(name: str, rest: dict[str, Any] | None = None, **row: Any) -> Suite:
         for key in ("cases", "integrators", "hardest", "further", "for_stiff", "for_events")
     }
     if lists["integrators"]:
-        lists["integrators"] += tuple(f"{one.name}:{quick}" for one in LIBRARIES.values() for quick in one.quick)
+        named = {one.partition(":")[0] for one in lists["integrators"]}
+        others = [one for one in LIBRARIES.values() if one.name not in named]
+        lists["integrators"] += tuple(f"{one.name}:{quick}" for one in others for quick in one.quick)
     return Suite(name, **lists, **row, rest=None if rest is None else _made("rest", **rest))
 
 

@@ -23,7 +23,7 @@ TOLERANCE, SUBSTEPS = 1e-8, 4
 EXACT = ("Explicit Euler", "RK4", "Störmer-Verlet", "Position Verlet", "Symplectic Euler", "Moreau", "RATTLE")
 """Methods whose times are all multiples of a power of two: there the late start changes no bit."""
 MISSED = {"arkode:ARKStep DIRK 5": 1e3}
-"""By what factor a method misses its tolerance here: this one by 340 and by 1100 from the two starts."""
+"""By what factor the step control of a method misses its tolerance on these equations: by 340 and 1100 from the two starts."""
 
 
 def problem(kind: type, t0: float) -> tuple[Problem, Any]:

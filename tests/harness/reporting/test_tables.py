@@ -85,13 +85,25 @@ def test_a_cell_names_the_fastest_and_those_near_it_or_the_next() -> None:
     assert third.cells[SIX].text == first.cells[0].text == "not reached"
 
 
-def test_a_cell_says_where_one_more_period_has_another_order() -> None:
-    """Here the third takes 0.2 ms for it, and the first of the whole call 0.8 ms."""
+@pytest.mark.parametrize(
+    ("later", "said"),
+    [
+        ([("two", 0.5, 1.0), ("one", 1.0, 2.0)], ["2.0", "1.8", "2.2"]),
+        ([("two", 0.9, 1.0), ("one", 1.0, 1.1)], []),  # not apart
+        ([("one", 0.5, 1.0), ("two", 1.0, 2.0)], []),  # the same order
+        ([("two", 0.5, 1.0), ("three", 1.0, 2.0)], []),  # of the first nothing is known
+    ],
+)
+def test_a_cell_says_where_one_more_period_has_another_order(
+    later: list[tuple[str, float, float]], said: list[str]
+) -> None:
+    """With the factor of the fastest of the whole call to the fastest of one more period, and its interval."""
     (plain,) = tables.fastest(EQUAL, [("a", "")])
-    (row,) = tables.fastest(EQUAL.assign(more_seconds=[8e-4, 9e-4, 2e-4, 1e-3, 5e-3]), [("a", "")])
+    of_later = _equal(*(("a", f"scipy:{name}", 1e-6, seconds, ratio, False) for name, seconds, ratio in later))
+    (row,) = tables.fastest(EQUAL, [("a", "")], later=of_later)
     note = row.cells[SIX].note.removeprefix(plain.cells[SIX].note)
-    assert "heyoka:three" in note
-    assert numbers_in(note) == ["4.0"]
+    assert numbers_in(note) == said
+    assert ("scipy:two" in note) == bool(said)
 
 
 @pytest.mark.parametrize("library", ["gnomon", "mine"])

@@ -407,27 +407,6 @@ def test_one_more_period_has_wider_intervals_than_a_time(factor: float) -> None:
     assert width <= wide * (1 + 1e-12)
 
 
-@pytest.mark.parametrize(
-    ("more", "said"),
-    [
-        ({"x:a": 1.0, "x:b": 0.5}, ("x:b", 2.0)),
-        ({"x:a": 1.0, "x:b": 0.81}, None),  # equal within 1.25
-        ({"x:a": 0.5, "x:b": 1.0}, None),
-        ({"x:a": math.nan, "x:b": 0.5}, None),  # of the first nothing is known
-        ({"x:a": 1.0, "x:b": math.nan}, None),
-    ],
-)
-def test_a_cell_says_where_one_more_period_has_another_order(
-    more: dict[str, float], said: tuple[str, float] | None
-) -> None:
-    seconds = {"x:a": 2.0, "x:b": 3.0}
-    rows = [{"integrator_id": name, "seconds": seconds[name], "more_seconds": value} for name, value in more.items()]
-    cell = {"case": "c", "variant": "", "formulation": "", "target": 1e-6}
-    assert analysis.fastest_later(pd.DataFrame(rows).assign(**cell)) == (
-        {} if said is None else {(*cell.values(),): said}
-    )
-
-
 def test_if_a_launch_has_the_median_over_turned_starts_errors_of_launches_from_one_start_are_ignored() -> None:
     rows = _rows("x", [1e-3, 1e-5], [1.0, 2.0], launch=1, turned_starts=9, error_low=1e-6, error_high=1e-2)
     first = rows.iloc[:2].assign(launch=1)

@@ -168,6 +168,13 @@ def test_pairs_of_a_benchmark_are_judged_by_their_ratios() -> None:
     assert none.low < 1 < none.high
 
 
+def test_the_interval_of_a_pair_has_all_of_its_scatter() -> None:
+    """Also what the ratios of all pairs did at once: of ten pairs, each ten per cent up and down."""
+    ratios = [2.0 * 1.1**sign for sign in (1, -1, 1, -1, 1)]
+    for one in compare_ratios([ratios] * 10):
+        assert one.high / one.low > 1.2
+
+
 @pytest.mark.parametrize("seed", range(5))
 def test_p_values_are_those_of_scipy(seed: int) -> None:
     rng = np.random.default_rng(seed)
