@@ -21,7 +21,7 @@ from gnomon.harness.reporting import (
     style,
     tables,
 )
-from gnomon.harness.reporting.page.case_tables import case_tables
+from gnomon.harness.reporting.page.case_tables import WAYS, case_tables
 from gnomon.harness.reporting.page.family_tables import family_tables, separating
 from gnomon.harness.reporting.page.first_screen import first_screen
 from gnomon.harness.reporting.page.league import league
@@ -79,6 +79,7 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> 
         "limited": {status: f" ({found.limit_seconds})" if status in LIMITED else "" for status in style.MEANINGS},
         "machines": machines_text(run.frame),
         "scatter": run.scatter[OWN],
+        "ways": WAYS,
         "open": open_text(run.equal),
         **_load(run.frame),
         **beside,

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from gnomon.harness.contract.status import SCORED, Status
+from gnomon.harness.results.contenders import OWN, launched, scatters
 from gnomon.harness.results.equal_error import credited
-from gnomon.harness.results.number_text import error_text, time_text
+from gnomon.harness.results.number_text import error_text, short_text, time_text
+from gnomon.harness.results.separation import SLOWER, Launch, Timed, compare, states
 
 
 @dataclass(frozen=True)
@@ -34,6 +36,8 @@ class Best:
         The method that is the fastest for one solve with its preparation; "" if it is this one.
     break_even : int
         The number of solves from which on this method takes less time than the rival, preparations included.
+    equally_fast : tuple of str
+        The methods whose times are not told apart from this one's, with their factor to it and its 95 % interval.
     below_reference : bool
         Whether the error is below the bound of the error of the reference, which is then given as `error`.
     lines : str
@@ -56,6 +60,7 @@ class Best:
     prepare_seconds: float
     rival: str
     break_even: int
+    equally_fast: tuple[str, ...]
     below_reference: bool
     lines: str
 
@@ -71,6 +76,7 @@ class Best:
             if self.rival
             else "the fastest for one solve too"
         )
+        found += f"\nnot told apart from it: {', '.join(self.equally_fast)}" if self.equally_fast else ""
         return f"{found}\n\n{self.lines.strip()}"
 
 
@@ -102,7 +108,7 @@ class Cost(NamedTuple):
 
 @dataclass(frozen=True)
 class _Way:
-    method: str
+    timed: Timed
     setting: float
     kind: str
     error: float
@@ -116,22 +122,36 @@ def best(rows: Sequence[Mapping[str, Any]], error: float, lines: Callable[[str, 
     `lines(method, setting, kind)` are the lines of Python that run a method at a setting.
     """
     series: dict[str, list[Mapping[str, Any]]] = {}
+    times: dict[tuple[str, float], dict[Launch, float]] = {}
     for row in rows:
-        if row["status"] in SCORED and row["seconds_median"] and row["launch"] == 1:
-            series.setdefault(row["integrator_id"], []).append(row)
-    ways = [way for each in series.values() for way in [_loosest(each, error)] if way is not None]
+        if row["status"] in SCORED and row["seconds_median"]:
+            at = times.setdefault((row["integrator_id"], row["setting"]), {})
+            at[row.get("run", 1), row["launch"]] = row["seconds_median"]
+            if row["launch"] == 1:
+                series.setdefault(row["integrator_id"], []).append(row)
+    found = [_loosest(each, error, times) for each in series.values()]
+    ways = sorted((way for way in found if way is not None), key=lambda way: way.cost.each)
     if not ways:
         least = min((x for each in series.values() for row in each for x in [_error(row)]), default=math.inf)
         nearest = f"the least error is {error_text(least)}" if math.isfinite(least) else "nothing was solved"
         raise ValueError(f"error={error:g}: no method that was compared reaches it; {nearest}")
-    fastest = min(ways, key=lambda way: way.cost.each)
+    fastest = ways[0]
     rival = min(ways, key=lambda way: way.cost.total(1))
     alone = rival is fastest or rival.cost.each <= fastest.cost.each
     return Best(
-        fastest.method, fastest.setting, fastest.kind, fastest.error, fastest.cost.each, fastest.cost.once,
-        "" if alone else rival.method, 1 if alone else int(fastest.cost.overtakes(rival.cost)), fastest.below,
-        lines(fastest.method, fastest.setting, fastest.kind),
+        fastest.timed.integrator_id, fastest.setting, fastest.kind, fastest.error, fastest.cost.each, fastest.cost.once,
+        "" if alone else rival.timed.integrator_id, 1 if alone else int(fastest.cost.overtakes(rival.cost)),
+        tuple(_equally_fast(rows, ways)), fastest.below,
+        lines(fastest.timed.integrator_id, fastest.setting, fastest.kind),
     )  # fmt: skip
+
+
+def _equally_fast(rows: Sequence[Mapping[str, Any]], ways: Sequence[_Way]) -> Iterator[str]:
+    """The ways that the launches do not separate from the first, which is the fastest, in words."""
+    found = compare([way.timed for way in ways], scatters(launched(rows))[OWN])
+    for way, row, state in list(zip(ways, found, *states([found]), strict=True))[1:]:
+        if state != SLOWER:
+            yield f"{way.timed.integrator_id} {short_text(row.ratio)} ({short_text(row.low)} – {short_text(row.high)})"
 
 
 def _error(row: Mapping[str, Any]) -> float:
@@ -141,14 +161,17 @@ def _error(row: Mapping[str, Any]) -> float:
     return max(float(row["error_max"]), float(row["floor"] or 0.0))
 
 
-def _loosest(rows: Sequence[Mapping[str, Any]], error: float) -> _Way | None:
+def _loosest(
+    rows: Sequence[Mapping[str, Any]], error: float, times: Mapping[tuple[str, float], dict[Launch, float]]
+) -> _Way | None:
     """The loosest setting from which on all tighter ones, up to the limit of rounding, have at most this error."""
     ordered = sorted(rows, key=lambda row: -row["setting"])
     for row, held in zip(ordered, credited([_error(row) for row in ordered]), strict=True):
         if held <= error:
             below = float(row["error_max"]) < float(row["floor"] or 0.0)
+            timed = Timed(row["integrator_id"], times[row["integrator_id"], row["setting"]])
+            cost = Cost(row["prepare_seconds"] or 0.0, timed.middle)
             return _Way(
-                row["integrator_id"], row["setting"], row["setting_kind"], _error(row),
-                Cost(row["prepare_seconds"] or 0.0, row["seconds_median"]), below,
+                timed, row["setting"], row["setting_kind"], _error(row), cost, below,
             )  # fmt: skip
     return None

@@ -55,7 +55,7 @@ class Time(NamedTuple):
     @property
     def timed(self) -> Timed:
         """The times for `separation`."""
-        return Timed(self.library, self.times)
+        return Timed(self.integrator_id, self.times)
 
 
 def division(library: str) -> str:
@@ -99,7 +99,7 @@ def times(rows: Iterable[Row]) -> tuple[list[Time], dict[str, Scatter]]:
 def scatters(series: Sequence[Timed]) -> dict[str, Scatter]:
     """The scatter by division: of third parties from their launches alone, so that nothing that is added changes theirs."""
     every = scatter_of(series)
-    return {THIRD: scatter_of([one for one in series if division(one.library) == THIRD]), YOURS: every, OWN: every}
+    return {THIRD: scatter_of([one for one in series if division(one.kind[0]) == THIRD]), YOURS: every, OWN: every}
 
 
 _series = itemgetter("case", "variant", "formulation", "integrator_id", "machine")
@@ -119,7 +119,7 @@ def launched(rows: Iterable[Row]) -> list[Timed]:
         most = max(map(len, settings.values()))
         often = sorted((setting for setting, at in settings.items() if len(at) == most), key=lambda s: s or 0.0)
         if most > 1:
-            found.append(Timed(str(key[-2]).partition(":")[0], settings[often[len(often) // 2]]))
+            found.append(Timed(str(key[-2]), settings[often[len(often) // 2]]))
     return found
 
 

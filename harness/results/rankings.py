@@ -60,7 +60,7 @@ def ranked(equal: pd.DataFrame, scatter: Scatter) -> pd.DataFrame:
 
 
 def _timed(table: pd.DataFrame) -> list[Timed]:
-    return [Timed(*row) for row in zip(table["library"], table["times"], strict=True)]
+    return [Timed(*row) for row in zip(table["integrator_id"], table["times"], strict=True)]
 
 
 def _with(table: pd.DataFrame, rows: Sequence[tuple[Any, ...]], names: Sequence[str]) -> pd.DataFrame:

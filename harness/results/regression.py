@@ -175,7 +175,7 @@ def changes(base: Sequence[Row], run: Sequence[Row]) -> list[SeriesChange]:
             pairs = _solved(*rows)
             found.append(_change(name, pairs, *rows))
             timed = [pair for pair in pairs if pair[0]["machine"] == pair[1]["machine"]]
-            judged.append(_compared(name[-1].partition(":")[0], timed, scatter))
+            judged.append(_compared(name[-1], timed, scatter))
     held = iter(discoveries([one.p for one in judged if one is not None]))
     return [
         one if row is None else replace(one, seconds=_timed(one.seconds, row, bool(next(held))))
@@ -203,7 +203,7 @@ def _solved(before: Sequence[Row], after: Sequence[Row]) -> list[tuple[Row, Row]
     ]
 
 
-def _compared(library: str, pairs: Sequence[tuple[Row, Row]], scatter: Scatter) -> Compared | None:
+def _compared(integrator_id: str, pairs: Sequence[tuple[Row, Row]], scatter: Scatter) -> Compared | None:
     """The times of the run against the base over settings that both timed; None without any.
 
     A launch counts with the geometric mean of its times if it timed all of the settings.
@@ -215,7 +215,7 @@ def _compared(library: str, pairs: Sequence[tuple[Row, Row]], scatter: Scatter) 
             for launch, seconds in pair[number]["times"].items():
                 launches.setdefault(launch, []).append(seconds)
         whole = {(number, n): geometric_mean(at) for n, at in launches.items() if len(at) == len(pairs)}
-        sides.append(Timed(library, whole) if whole else None)
+        sides.append(Timed(integrator_id, whole) if whole else None)
     if None in sides:
         return None
     return compare_times([one for one in sides if one is not None], scatter, 0, 1)[1]

@@ -2,7 +2,7 @@
 
 Calls within a launch are not independent: a launch gives one value, the logarithm of a time. Its scatter between launches is
 measured, not assumed: a run launches one setting of a number of problems several times, spread over its length, and the file
-says what was found (`scatter_of`). The scatter of a class (library and length of a call) is known from all of its launches,
+says what was found (`scatter_of`). The scatter of a class (library, its way to the equations, length of a call) is known from all of its launches,
 and for a series is combined with its own (Smyth, Statistical Applications in Genetics and Molecular Biology 3, 3, 2004):
 how much single series differ from their class gives the degrees of freedom, so that heavy tails widen all intervals.
 Launches of all series at one time share an effect, as a machine may slow down. It cancels between series with the same
@@ -19,6 +19,7 @@ from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
+from gnomon.harness.adapters.libraries import LIBRARIES
 from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.results.equal_error import geometric_mean
 from scipy.special import bdtr, digamma, polygamma, stdtr, stdtrit
@@ -44,20 +45,22 @@ ASSUMED, ASSUMED_FREEDOM = 0.1, 4.0
 
 Launch = tuple[int, int]
 """Run and launch."""
-Class = tuple[str, int]
-"""Library, and the number of LENGTHS that a call exceeds."""
+Class = tuple[str, str, int]
+"""Library, how it calls the equations (`Library.way`), and the number of LENGTHS that a call exceeds."""
 
 
 class Timed(NamedTuple):
-    """The times of a series (s) by launch, at one error or one setting."""
+    """The times (s) of an integrator by launch, on a problem at one error or one setting."""
 
-    library: str
+    integrator_id: str
     times: Mapping[Launch, float]
 
     @property
     def kind(self) -> Class:
         """The class of its scatter."""
-        return self.library, sum(self.middle > bound for bound in LENGTHS)
+        library, _, name = self.integrator_id.partition(":")
+        way = LIBRARIES[library].way(name) if library in LIBRARIES else ""
+        return library, way, sum(self.middle > bound for bound in LENGTHS)
 
     @property
     def middle(self) -> float:
@@ -113,17 +116,18 @@ class Scatter:
         return math.sqrt(self.whole.variance)
 
     def table(self) -> list[dict[str, Any]]:
-        """Rows for a page: library, the length of a call in words, the scatter, the numbers of series and launches."""
+        """Rows for a page: library, its way to the equations, the length of a call in words, the scatter, numbers of series and launches."""
         lengths = ("below 0.1 ms", "0.1 to 10 ms", "above 10 ms")
         return [
             {
                 "library": library,
+                "way": way,
                 "length": lengths[length],
-                "scatter": math.sqrt(self.classes[library, length].variance),
+                "scatter": math.sqrt(self.classes[library, way, length].variance),
                 "series": series,
                 "launches": launches,
             }
-            for (library, length), (series, launches) in sorted(self.counts.items())
+            for (library, way, length), (series, launches) in sorted(self.counts.items())
         ]
 
     def text(self) -> str:

@@ -88,7 +88,7 @@ def test_the_shared_effect_of_launches_is_no_scatter() -> None:
     found = scatter_of(series)
     assert found.typical == pytest.approx(SCATTER, rel=0.2)
     assert math.sqrt(found.shared) == pytest.approx(np.std([*sizes.values()], ddof=1), rel=0.2)
-    without = scatter_of([Timed(one.library, dict(list(one.times.items())[:3])) for one in series])
+    without = scatter_of([Timed(one.integrator_id, dict(list(one.times.items())[:3])) for one in series])
     assert math.sqrt(without.shared) < SCATTER
 
 
@@ -129,7 +129,7 @@ def test_a_class_has_its_own_scatter() -> None:
     ]
     found = scatter_of(series)
     for name, size in sizes.items():
-        assert math.sqrt(found.of((name, 2)).variance) == pytest.approx(size, rel=0.5)
+        assert math.sqrt(found.of((name, "", 2)).variance) == pytest.approx(size, rel=0.5)
         _, slower = compare([Timed(name, {(1, 1): 1.0}), Timed(name, {(1, 1): 1.2})], found)
         assert (slower.low > 1) == (name == "fine")
     assert [row["library"] for row in found.table()] == ["fine", "rough"]
@@ -195,3 +195,18 @@ def test_nothing_measured_separates_nothing() -> None:
     assert signs(0, 0) == 1.0
     assert discoveries([]).tolist() == []
     assert discoveries([0.06, 1.0]).tolist() == [False, False]
+
+
+def test_calls_that_go_through_python_have_a_scatter_of_their_own() -> None:
+    """Of one library: `native` calls of SUNDIALS stay in C, those of `binding` call Python for each right-hand side."""
+    rng = np.random.default_rng(3)
+    sizes = {"sksundae:IDA [native]": 0.02, "sksundae:IDA [binding]": 0.2}
+    series = [
+        Timed(name, {(1, n): math.exp(size * rng.standard_normal()) for n in range(6)})
+        for name, size in sizes.items()
+        for _ in range(30)
+    ]
+    found = scatter_of(series)
+    native, binding = (found.of(Timed(name, {(1, 1): 1.0}).kind).variance for name in sizes)
+    assert 6 < math.sqrt(binding / native) < 15
+    assert len(found.table()) == 2
