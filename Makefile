@@ -12,7 +12,7 @@ EXTRAS ?= all,dev
 LOCAL := reports/local
 INSTALLED := $(VENV)/installed-$(EXTRAS)
 
-.PHONY: report engines certificates solutions libraries publication test test-changed test-all mutants stability verification lint types unit bench catalogue docs clean
+.PHONY: report engines outside certificates solutions libraries publication test test-changed test-all mutants stability verification lint types unit bench catalogue docs clean
 
 # A first page within a minute of the installation, from the suite `quick`; the whole run then continues in the same file,
 # and writes its page again every two minutes, at its end and after Ctrl-C. Each suite prints its predicted time before it
@@ -87,6 +87,11 @@ stability: $(INSTALLED)
 engines: $(INSTALLED)
 	$(BIN)/gnomon run --suite engines --out runs/engines.sqlite
 	$(BIN)/python -m gnomon.harness.studies.league runs/engines.sqlite --out $(LOCAL)/engines.json
+
+# The recommended methods on systems drawn at random, which are no cases. The same command resumes; docs/theory/outside.md says
+# how a table is judged on them.
+outside: $(INSTALLED)
+	$(BIN)/python -m gnomon.harness.own_systems.outside --out runs/outside.sqlite
 
 # What `gnomon verify` finds of all planted faults, and whether it fails what is right. Hours, in parts of minutes; the same
 # command resumes. Right integrators on a loaded machine: python tests/detection/measure.py --load 8.

@@ -89,7 +89,7 @@ def smooth_reference(
 
     `effect` is the largest effect of rounding to binary64: as many digits as it has lost are added.
     """
-    (form,) = [form for form in forms if type(form) is FirstOrder][:1]
+    form = next(form for form in forms if isinstance(form, FirstOrder))
     if isinstance(form.equations, Called):
         return _in_binary64(forms, start, parameters, times, motion, "the equations have no formulas")
     scaled = _Scaled(form, start, parameters, motion)
@@ -197,7 +197,7 @@ def _is_short_enough(scaled: _Scaled) -> bool:
 def _in_binary64(
     forms: Sequence[Form], start: Floats, parameters: Sequence[float], times: Floats, motion: RoughMotion, why: str
 ) -> Reference:
-    is_called = isinstance(next(form for form in forms if type(form) is FirstOrder).equations, Called)
+    is_called = isinstance(next(form for form in forms if isinstance(form, FirstOrder)).equations, Called)
     names = PAIRS[motion.stiff, is_called]
     first, second = (
         solve_tightly(name, forms, start, parameters, times, motion.time_scale).states[0] for name in names

@@ -35,6 +35,15 @@ def representative(library: str, kind: str) -> Representative | None:
     return representatives().get((library, _known(kind)))
 
 
+def standing(library: str, kind: str, needed: str | None = None) -> Representative | None:
+    """The method that stands for a library on a system of a kind, for a need whose own kind is `needed`.
+
+    For ROUGH it is that of the system's kind if the library has no choice of its own.
+    """
+    found = None if needed is None else representative(library, needed)
+    return representative(library, kind) if found is None and needed != STIFF else found
+
+
 def representatives() -> Mapping[tuple[str, str], Representative]:
     """All representatives, by library and kind."""
     return _read()[0]

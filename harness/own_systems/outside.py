@@ -1,0 +1,210 @@
+"""Tries the recommendations on systems that are drawn at random: runs each library's methods on them, and judges a table.
+
+`python -m gnomon.harness.own_systems.outside --out runs/outside.sqlite` measures; an equal call goes on after an
+interruption, and no reference of a measured system is computed again. Then, without a measurement,
+`python -m gnomon.harness.own_systems.outside --out runs/outside.sqlite --judge recommendations.jsonl
+--catalogue RUN.sqlite --to reports/outside.json` judges a table, and the order of the libraries that a run publishes.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import shlex
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import groupby
+from pathlib import Path
+from time import monotonic
+from typing import Any
+
+from gnomon.cases.core.forms import Hybrid
+from gnomon.cases.core.scene import SceneForm
+from gnomon.harness.adapters.libraries import LIBRARIES
+from gnomon.harness.contract.integrator import Integrator
+from gnomon.harness.own_systems.drawn import SEED, Drawn, draw
+from gnomon.harness.own_systems.own_system import OwnSystem, make_system
+from gnomon.harness.registry import environment, kinds, lookup, representatives
+from gnomon.harness.results import reading, study_file
+from gnomon.harness.results.advice import outside
+from gnomon.harness.results.advice.needs import SUBJECTS
+from gnomon.harness.results.contenders import OURS
+from gnomon.harness.results.store import Store
+from gnomon.harness.running import plan
+from gnomon.harness.running.planned_run import run
+from gnomon.harness.system.progress import Progress
+from gnomon.harness.system.streams import has_terminal
+
+SUITE = "outside"
+NOTE = "drawn "
+"""Begins the name of a note about a system, in the environment of a run: how it ended, as JSON."""
+LIMIT_SECONDS = 1.0
+BOUND = 1e-10
+"""The largest bound of a reference's error: a tenth of the least error that is judged."""
+
+
+@dataclass(frozen=True)
+class Ended:
+    """What a results file notes of a drawn system that is done."""
+
+    seed: int
+    why: str
+    """Why it was dropped; "" if it was measured."""
+    reference: str
+    seconds: float
+    """Of the computation of its reference."""
+
+
+def measure(path: Path, systems: Sequence[Drawn], seed: int, limit_seconds: float, progress: Progress) -> None:
+    """Measure the systems that the file does not have yet, family by family.
+
+    Raises ValueError for a file with systems of another seed.
+    """
+    left = [one for one in systems if one.name not in ended(path, seed)]
+    suite = replace(
+        plan.suite("foundation").within(limit_seconds), name=SUITE, launches=1, timing_spans=False, turned=False
+    )
+    for _, family in groupby(left, key=lambda one: one.family):
+        made: dict[str, tuple[OwnSystem, Ended]] = {}
+        needs: dict[str, str] = {}
+        for one in family:
+            own, end = _made(one, seed)
+            progress.tell(f"{one.name}: {end.why or end.reference} ({end.seconds:.0f} s)")
+            if own is None:
+                _note(path, {one.name: end})
+            else:
+                made[one.name], needs[one.name] = (own, end), one.need
+        for methods, names in _by_methods({name: methods_of(own, needs[name]) for name, (own, _) in made.items()}):
+            run(path, suite, [(made[name][0], "") for name in names], methods, progress)
+            _note(path, {name: made[name][1] for name in names})
+
+
+def _made(one: Drawn, seed: int) -> tuple[OwnSystem | None, Ended]:
+    """A system with its reference; None if it is dropped."""
+    began = monotonic()
+    try:
+        own = make_system(one.stated, (0.0, one.span), one.start, name=one.name)
+    except (ArithmeticError, ValueError) as error:
+        return None, Ended(seed, f"no reference: {error}", "", monotonic() - began)
+    text, why = own.reference.text(), ""
+    if own.reference.why:
+        why = f"no reference in high precision: {own.reference.why}"
+    elif own.reference_error > BOUND:
+        why = f"the two methods of its reference differ: {text}"
+    return None if why else own, Ended(seed, why, text, monotonic() - began)
+
+
+def methods_of(own: OwnSystem, need: str) -> tuple[Integrator, ...]:
+    """The method that stands for each library, and for gnomon, for a need on a system; without engines and missing ones."""
+    # Smooth equations are offered as one mode without events too.
+    stated = {type(form).__name__ for form in own.forms if not (own.smooth and isinstance(form, Hybrid))}
+    kind = kinds.kind_of(stated)
+    assert kind is not None, f"{own.name} is of no kind"
+    known = lookup.own()
+    stand = [representatives.standing(library, kind, SUBJECTS[need].stands) for library in (*LIBRARIES, OURS)]
+    found = [known[one.integrator] for one in stand if one is not None]
+    return tuple(one for one in found if one.accepts != (SceneForm,) and lookup.missing(one) is None)
+
+
+def _by_methods(methods: Mapping[str, tuple[Integrator, ...]]) -> Iterator[tuple[tuple[Integrator, ...], list[str]]]:
+    """The systems that the same methods run on: systems of one family may have several forms."""
+    for chosen in dict.fromkeys(methods.values()):
+        yield chosen, [name for name, own in methods.items() if own == chosen]
+
+
+def _note(path: Path, ends: Mapping[str, Ended]) -> None:
+    """Record that systems are done."""
+    with Store(path) as results:
+        number = results.begin_run(SUITE, shlex.join(sys.argv), environment.describe())
+        for name, end in ends.items():
+            results.note(number, NOTE + name, json.dumps(vars(end)))
+        results.end_run(number)
+
+
+def ended(path: Path, seed: int | None = None) -> dict[str, Ended]:
+    """The systems that a results file notes as done; none without a file.
+
+    Raises ValueError for systems of several seeds, or of another one than `seed`.
+    """
+    if not path.exists():
+        return {}
+    notes = [item for one in reading.runs(path) for item in one["environment"].items() if item[0].startswith(NOTE)]
+    found = {name.removeprefix(NOTE): Ended(**json.loads(text)) for name, text in notes}
+    seeds = {one.seed for one in found.values()} | (set() if seed is None else {seed})
+    if len(seeds) > 1:
+        raise ValueError(f"{path}: systems of the seeds {', '.join(map(str, sorted(seeds)))}; give another --out")
+    return found
+
+
+def judged(path: Path, table: Path, catalogue: Path | None) -> dict[str, Any]:
+    """The judgement of a table on a results file, with what was dropped and where it was measured.
+
+    Raises ValueError for a file without systems, and for a file that has not all of its draw.
+    """
+    done = ended(path)
+    if not done:
+        raise ValueError(f"{path}: no systems were measured; run this command without --judge first")
+    (seed,) = {one.seed for one in done.values()}
+    drawn = {one.name: one for one in draw(seed)}
+    lacking = [name for name in drawn if name not in done]
+    if lacking:
+        raise ValueError(
+            f"{path}: {len(lacking)} systems of the draw are not measured yet, as {lacking[0]}; repeat the command"
+            " without --judge"
+        )
+    systems = {
+        name: outside.System(one.need, one.family, one.half) for name, one in drawn.items() if not done[name].why
+    }
+    last = [one for one in reading.runs(path) if one["suite"] == SUITE][-1]
+    pairs = None if catalogue is None else outside.order_of(catalogue)
+    found = outside.judge(reading.rows(path), systems, outside.read_answers(table), pairs)
+    dropped = [{"name": name, "why": one.why} for name, one in done.items() if one.why]
+    head = {"seed": seed, "drawn": len(drawn), "dropped": dropped}
+    where = {"revision": last["environment"].get("revision"), "cpu": last["environment"].get("cpu")}
+    return head | found | where | {"date": str(last["ended"] or last["started"])[:10]}
+
+
+def main(words: Sequence[str] | None = None) -> None:
+    """The command."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("--out", type=Path, required=True, metavar="FILE", help="results file (.sqlite)")
+    parser.add_argument("--limit", type=float, default=LIMIT_SECONDS, metavar="S", help="limit of a trial (s)")
+    parser.add_argument("--only", nargs="+", default=[], metavar="NAME", help="systems or families, for a try")
+    parser.add_argument("--judge", type=Path, metavar="TABLE", help="judge this table; measure nothing")
+    parser.add_argument("--catalogue", type=Path, metavar="RUN", help="with --judge: the results file of the table")
+    parser.add_argument("--to", type=Path, default=Path("reports/outside.json"), metavar="FILE")
+    given = parser.parse_args(words)
+    try:
+        if given.judge is not None:
+            found = judged(given.out, given.judge, given.catalogue)
+            study_file.write(found, given.to)
+            print(sentence(found))
+            return
+        systems = [one for one in draw() if not given.only or {one.name, one.family} & set(given.only)]
+        if not systems:
+            names = ", ".join(dict.fromkeys(one.family for one in draw()))
+            raise ValueError(f"--only {' '.join(given.only)}: no system of the draw; its families are {names}")
+        measure(given.out, systems, SEED, given.limit, Progress(quiet=not has_terminal()))
+    except ValueError as error:
+        parser.exit(2, f"{error}\n")
+
+
+def sentence(found: Mapping[str, Any]) -> str:
+    """The judgement in one sentence."""
+    of, by_order = found["share"], found["order"]
+    text = f"{found['systems']} systems outside the catalogue: the recommended setting reaches the error"
+    if not of["of"]:
+        return f"{text} in no trial that counts"
+    text += f" in {of['held']} of {of['of']} trials ({_percent(of)})"
+    if by_order and by_order["of"]:
+        text += f", and the published order of two libraries holds in {by_order['held']} of {by_order['of']} ({_percent(by_order)})"
+    return text
+
+
+def _percent(of: Mapping[str, Any]) -> str:
+    return f"{100 * of['share']:.3g} %, 95 % interval {100 * of['low']:.3g} to {100 * of['high']:.3g} %"
+
+
+if __name__ == "__main__":
+    main()

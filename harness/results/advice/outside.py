@@ -1,0 +1,311 @@
+"""Judges a table of recommendations on systems outside the catalogue: does its setting reach the error, does its order hold?
+
+The systems are drawn at random (`own_systems.drawn`) and measured by `own_systems.outside`. One half of them chooses the
+margin, the factor from the tightest setting of the catalogue to the one to rely on; the other half, which chose nothing,
+gives the shares that are published. Systems are independent and pairs of a system and a library are not: an interval rests
+on the number of systems.
+"""
+
+import json
+import math
+import statistics
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from gnomon.harness.adapters.libraries import LIBRARIES
+from gnomon.harness.contract.status import SCORED, Status
+from gnomon.harness.registry import representatives
+from gnomon.harness.results import analysis, contenders, reading
+from gnomon.harness.results.advice.needs import SUBJECTS, UNKNOWN, Measurements, kind_of
+from gnomon.harness.results.separation import EQUAL_WITHIN, RATE, discoveries, paired
+from gnomon.harness.results.summary import tidy
+from scipy.special import ndtri
+
+from gnomon import cases
+
+ERRORS = (1e-3, 1e-6, 1e-9)
+MARGINS = (1.0, 1e-1, 1e-2, 1e-3, 1e-4)
+WANTED = 0.975
+"""The share of the half `margin` from which on a margin is enough."""
+HALVES = MARGIN, TEST = "margin", "test"
+"""The half of the systems that chooses the margin, and the half that gives the published shares."""
+ROUND_OFF = 1e3
+"""An error counts only if it is above this multiple of the conditioning: else no method in binary64 has to reach it."""
+FLOOR = 10.0
+"""And above this multiple of the bound of the reference's error."""
+SAME = 1e-9
+"""Settings closer than this are one."""
+
+Row = Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class System:
+    """What a judge knows of a drawn system."""
+
+    need: str
+    family: str
+    half: str
+
+
+class Pair(NamedTuple):
+    """Two libraries of which the first is published as faster for a need at an error, and the ratio of their times."""
+
+    need: str
+    error: float
+    faster: str
+    slower: str
+    ratio: float
+
+
+class Trial(NamedTuple):
+    """A library on a system at an error: held or not, and by which setting."""
+
+    system: str
+    need: str
+    library: str
+    error: float
+    setting: float
+    found: float
+    """The error of this setting; inf without a solution."""
+    status: str
+
+    @property
+    def held(self) -> bool:
+        return self.found <= self.error
+
+
+class Setting(NamedTuple):
+    """A measured setting: a tolerance, or a step over the time scale of the system."""
+
+    relative: float
+    kind: str
+    error: float
+    status: str
+
+
+class Trials:
+    """The drawn systems that were measured, with the sweep of each library, from the rows of a results file."""
+
+    def __init__(self, rows: Iterable[Row], systems: Mapping[str, System]) -> None:
+        known = [row for row in tidy(rows) if row["case"] in systems and row["status"] not in UNKNOWN]
+        self.systems = {name: one for name, one in systems.items() if any(row["case"] == name for row in known)}
+        self.sweeps: dict[tuple[str, str], list[Setting]] = {}
+        self._reachable: dict[str, float] = dict.fromkeys(self.systems, 0.0)
+        for row in known:
+            if row["setting"] is None:
+                continue
+            unit = row["time_scale"] if row["setting_kind"] == "step" else 1.0
+            scored = row["status"] in SCORED and row["status"] != Status.DIVERGED and row["error_max"] is not None
+            error = row["error_max"] if scored else math.inf
+            one = Setting(row["setting"] / unit, row["setting_kind"], error, str(row["status"]))
+            self.sweeps.setdefault((row["case"], row["library"]), []).append(one)
+            limits = ROUND_OFF * (row["conditioning"] or 0.0), FLOOR * (row["floor"] or 0.0)
+            self._reachable[row["case"]] = max(self._reachable[row["case"]], *limits)
+        for sweep in self.sweeps.values():
+            sweep.sort(key=lambda one: -one.relative)
+        times, _ = contenders.times(known)
+        self.seconds = {(one.case, one.library, one.target): one.seconds for one in times}
+
+    def counts(self, system: str, error: float) -> bool:
+        """Whether binary64, and the reference, can tell this error on a system."""
+        return self._reachable[system] < error
+
+    def at(self, system: str, library: str, wanted: float) -> Setting | None:
+        """The loosest measured setting that is not above the wanted one, or the tightest; None if the library did not run."""
+        sweep = self.sweeps.get((system, library))
+        if not sweep:
+            return None
+        return next((one for one in sweep if one.relative <= wanted * (1 + SAME)), sweep[-1])
+
+
+def recommended(rows: Iterable[Row]) -> dict[tuple[str, float, str], Row]:
+    """The answers of a table that recommend a setting, by subject, error and library."""
+    return {
+        (row["subject"], row["error"], row["library"]): row
+        for row in rows
+        if not row.get("why") and row.get("systems") and "setting" in row
+    }
+
+
+def reliable(answer: Row, margin: float) -> float:
+    """The setting to rely on: the tightest of the catalogue times the margin, which steps do not have."""
+    return float(answer["tightest"]) * (margin if answer["setting"]["kind"] == "tolerance" else 1.0)
+
+
+def median(answer: Row) -> float:
+    """The median setting over the catalogue, which is often enough."""
+    return float(answer["setting"]["relative"])
+
+
+def tried(
+    trials: Trials, answers: Mapping[tuple[str, float, str], Row], half: str, margin: float | None
+) -> list[Trial]:
+    """All libraries on the systems of a half, at the setting to rely on; for no margin at the median setting."""
+    found = []
+    for name, library in trials.sweeps:
+        system = trials.systems[name]
+        for error in ERRORS if system.half == half else ():
+            answer = answers.get((system.need, error, library))
+            if answer is None or not trials.counts(name, error):
+                continue
+            wanted = median(answer) if margin is None else reliable(answer, margin)
+            at = trials.at(name, library, wanted)
+            if at is not None:
+                found.append(Trial(name, system.need, library, error, at.relative, at.error, at.status))
+    return found
+
+
+def choose_margin(trials: Trials, answers: Mapping[tuple[str, float, str], Row]) -> tuple[float, list[dict[str, Any]]]:
+    """The largest margin that is enough on its half, or the one with the largest share; and the share of each."""
+    shares = [
+        {"margin": margin, **share([(one.system, one.held) for one in tried(trials, answers, MARGIN, margin)])}
+        for margin in MARGINS
+    ]
+    enough = [one for one in shares if one["of"] and one["share"] >= WANTED]
+    best = enough[0] if enough else max(shares, key=lambda one: (one["share"] or 0.0, one["margin"]))
+    return best["margin"], shares
+
+
+def share(outcomes: Sequence[tuple[str, bool]]) -> dict[str, Any]:
+    """The share of outcomes that hold, with its 95 % interval by Wilson, for as many independent trials as systems.
+
+    `outcomes`: the system and whether it holds. Without any the share is None.
+    """
+    of, held = len(outcomes), sum(holds for _, holds in outcomes)
+    if not of:
+        return {"held": 0, "of": 0, "systems": 0, "share": None, "low": None, "high": None}
+    systems = len({system for system, _ in outcomes})
+    low, high = wilson(held / of, systems)
+    return {"held": held, "of": of, "systems": systems, "share": held / of, "low": low, "high": high}
+
+
+def wilson(part: float, count: int) -> tuple[float, float]:
+    """The 95 % interval of a probability of which a share was found in independent trials (Wilson, J. Am. Stat. Assoc. 22, 209, 1927)."""
+    z = float(ndtri(1 - RATE / 2))
+    middle = (part + z * z / (2 * count)) / (1 + z * z / count)
+    half = z * math.sqrt(part * (1 - part) / count + (z / (2 * count)) ** 2) / (1 + z * z / count)
+    return max(0.0, middle - half), min(1.0, middle + half)
+
+
+def published_order(measured: Measurements, errors: Sequence[float] = ERRORS) -> list[Pair]:
+    """The pairs of third-party libraries that a run of the catalogue separates, by need and error.
+
+    Their medians over the systems that both reach differ by EQUAL_WITHIN or more, and a paired t test over these systems
+    tells them apart, at one false discovery rate for all pairs.
+    """
+    found: list[tuple[Pair, float]] = []
+    for subject in SUBJECTS.values():
+        problems = measured.subject_problems(subject)
+        for error in errors:
+            times: dict[str, dict[str, float]] = {}
+            for library in LIBRARIES:
+                methods = {}
+                for case, _ in problems:
+                    stands = representatives.standing(library, measured.kind[case], subject.stands)
+                    methods |= {} if stands is None else {case: stands.integrator}
+                systems = measured.systems(problems, methods, error)
+                times[library] = {case: one.seconds for case, one in systems.items() if one.reached}
+            for first, second in combinations(LIBRARIES, 2):
+                found += _pair(subject.key, error, (first, times[first]), (second, times[second]))
+    held = discoveries([p for _, p in found])
+    return [pair for (pair, _), holds in zip(found, held, strict=True) if holds and pair.ratio >= EQUAL_WITHIN]
+
+
+def order_of(path: Path) -> list[Pair]:
+    """The pairs that a results file of the catalogue publishes."""
+    frame = analysis.tidy(reading.load(path))
+    forms = {str(case): set(of) for case, of in frame.groupby("case")["form"]}
+    forms |= {
+        name: {type(form).__name__ for form in cases.get(name).all_forms()} for name in forms if name in cases.names()
+    }
+    return published_order(Measurements(analysis.equal_error(frame), analysis.own_spans(frame), kind_of(forms)))
+
+
+def _pair(
+    need: str, error: float, first: tuple[str, Mapping[str, float]], second: tuple[str, Mapping[str, float]]
+) -> list[tuple[Pair, float]]:
+    """The pair of two libraries with its p value, or none: for it they need two common systems."""
+    common = [case for case in first[1] if case in second[1]]
+    if len(common) < 2:
+        return []
+    differences = [math.log(second[1][case] / first[1][case]) for case in common]
+    if sum(differences) < 0:
+        first, second = second, first
+    own, other = (statistics.median(of[case] for case in common) for _, of in (first, second))
+    return [(Pair(need, error, first[0], second[0], other / own), paired(differences))]
+
+
+def order(trials: Trials, pairs: Sequence[Pair], halves: Sequence[str]) -> list[tuple[str, str, bool]]:
+    """For each drawn system that both libraries of a pair reach: its need, its name, and whether the order holds."""
+    found = []
+    for pair in pairs:
+        for name, system in trials.systems.items():
+            own, other = (trials.seconds.get((name, one, pair.error)) for one in (pair.faster, pair.slower))
+            wanted = system.need == pair.need and system.half in halves and trials.counts(name, pair.error)
+            if wanted and own is not None and other is not None:
+                found.append((system.need, name, own < other))
+    return found
+
+
+def judge(
+    rows: Iterable[Row], systems: Mapping[str, System], answers: Iterable[Row], pairs: Sequence[Pair] | None
+) -> dict[str, Any]:
+    """The judgement of a table, as it is published: the margin, the shares of both settings, the order, what missed.
+
+    `rows`: a results file; `systems`: those that were drawn and measured; `answers`: the rows of a table; `pairs`: the
+    published order, None if it is not known.
+    """
+    trials, known = Trials(rows, systems), recommended(answers)
+    margin, margins = choose_margin(trials, known)
+    tests = tried(trials, known, TEST, margin)
+    found: dict[str, Any] = {
+        "systems": len(trials.systems),
+        "margin": margin,
+        "margins": margins,
+        "half": {half: sum(one.half == half for one in trials.systems.values()) for half in HALVES},
+        "share": share([(one.system, one.held) for one in tests]),
+        "by_need": _by("need", [(one.need, one.system, one.held) for one in tests]),
+        "by_library": _by("library", [(one.library, one.system, one.held) for one in tests]),
+        "by_error": _by("error", [(one.error, one.system, one.held) for one in tests]),
+        "median_share": share([(one.system, one.held) for one in tried(trials, known, TEST, None)]),
+        "order": None,
+        "misses": [_miss(one) for one in tests if not one.held],
+    }
+    if pairs is not None:
+        by_need, of_all = order(trials, pairs, [TEST]), order(trials, pairs, HALVES)
+        found["order"] = share([(system, holds) for _, system, holds in by_need]) | {
+            "pairs": len(pairs),
+            "by_need": _by("need", by_need),
+            "all": share([(system, holds) for _, system, holds in of_all]),
+        }
+    return found
+
+
+def _by(name: str, outcomes: Sequence[tuple[Any, str, bool]]) -> list[dict[str, Any]]:
+    """The share of each group."""
+    return [
+        {name: group, **share([(system, holds) for key, system, holds in outcomes if key == group])}
+        for group in dict.fromkeys(key for key, *_ in outcomes)
+    ]
+
+
+def _miss(one: Trial) -> dict[str, Any]:
+    """A trial that does not reach its error, for a file: what has no number is None."""
+    row = {"system": one.system, "need": one.need, "library": one.library, "error": one.error, "setting": one.setting}
+    return row | {"found": one.found if math.isfinite(one.found) else None, "status": one.status}
+
+
+def read_answers(path: Path) -> list[dict[str, Any]]:
+    """The answers of a table of recommendations. Raises ValueError for another file."""
+    try:
+        rows = [json.loads(line) for line in path.read_text("utf-8").splitlines()]
+        found = [row for row in rows if "subject" in row]
+    except (OSError, TypeError, ValueError) as error:
+        raise ValueError(f"{path}: no table of recommendations ({error})") from None
+    if not found:
+        raise ValueError(f"{path}: it has no answers; give a table as recommendations.jsonl")
+    return found
