@@ -158,7 +158,10 @@ def judged(path: Path, table: Path, catalogue: Path | None) -> dict[str, Any]:
     }
     last = [one for one in reading.runs(path) if one["suite"] == SUITE][-1]
     pairs = None if catalogue is None else outside.order_of(catalogue)
-    found = outside.judge(reading.rows(path), systems, outside.read_answers(table), pairs)
+    told, answers = outside.read_table(table)
+    margin = told.get("margin", 1.0)
+    chosen = None if margin == 1 else (margin, (told.get("outside") or {}).get("margins", []))
+    found = outside.judge(reading.rows(path), systems, answers, pairs, chosen)
     dropped = [{"name": name, "why": one.why} for name, one in done.items() if one.why]
     head = {"seed": seed, "drawn": len(drawn), "dropped": dropped}
     where = {"revision": last["environment"].get("revision"), "cpu": last["environment"].get("cpu")}

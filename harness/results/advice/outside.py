@@ -94,6 +94,8 @@ class Trials:
         known = [row for row in tidy(rows) if row["case"] in systems and row["status"] not in UNKNOWN]
         self.systems = {name: one for name, one in systems.items() if any(row["case"] == name for row in known)}
         self.sweeps: dict[tuple[str, str], list[Setting]] = {}
+        self.methods: dict[tuple[str, str], str] = {}
+        """The method of a library on a system."""
         self._reachable: dict[str, float] = dict.fromkeys(self.systems, 0.0)
         for row in known:
             if row["setting"] is None:
@@ -103,6 +105,7 @@ class Trials:
             error = row["error_max"] if scored else math.inf
             one = Setting(row["setting"] / unit, row["setting_kind"], error, str(row["status"]))
             self.sweeps.setdefault((row["case"], row["library"]), []).append(one)
+            self.methods[row["case"], row["library"]] = row["integrator_id"]
             limits = ROUND_OFF * (row["conditioning"] or 0.0), FLOOR * (row["floor"] or 0.0)
             self._reachable[row["case"]] = max(self._reachable[row["case"]], *limits)
         for sweep in self.sweeps.values():
@@ -114,11 +117,9 @@ class Trials:
         """Whether binary64, and the reference, can tell this error on a system."""
         return self._reachable[system] < error
 
-    def at(self, system: str, library: str, wanted: float) -> Setting | None:
-        """The loosest measured setting that is not above the wanted one, or the tightest; None if the library did not run."""
-        sweep = self.sweeps.get((system, library))
-        if not sweep:
-            return None
+    def at(self, system: str, library: str, wanted: float) -> Setting:
+        """The loosest measured setting that is not above the wanted one, or the tightest."""
+        sweep = self.sweeps[system, library]
         return next((one for one in sweep if one.relative <= wanted * (1 + SAME)), sweep[-1])
 
 
@@ -131,9 +132,14 @@ def recommended(rows: Iterable[Row]) -> dict[tuple[str, float, str], Row]:
     }
 
 
-def reliable(answer: Row, margin: float) -> float:
-    """The setting to rely on: the tightest of the catalogue times the margin, which steps do not have."""
-    return float(answer["tightest"]) * (margin if answer["setting"]["kind"] == "tolerance" else 1.0)
+def reliable(answer: Row, method: str, factor: float = 1.0) -> float:
+    """The setting to rely on of a method of an answer, tightened by a further factor, which steps do not have.
+
+    A table names one for each of its methods; of one that it does not name, it is the tightest setting of the answer.
+    """
+    first = answer.get("reliable", {"kind": answer["setting"]["kind"], "value": answer["tightest"]})
+    one = next((each for each in first.get("others", ()) if each["method"] == method), first)
+    return float(one["relative"] if one["kind"] == "step" else one["value"] * factor)
 
 
 def median(answer: Row) -> float:
@@ -142,25 +148,27 @@ def median(answer: Row) -> float:
 
 
 def tried(
-    trials: Trials, answers: Mapping[tuple[str, float, str], Row], half: str, margin: float | None
+    trials: Trials, answers: Mapping[tuple[str, float, str], Row], half: str, factor: float | None = 1.0
 ) -> list[Trial]:
-    """All libraries on the systems of a half, at the setting to rely on; for no margin at the median setting."""
+    """All libraries on the systems of a half, at the setting to rely on by a factor; for None at the median setting."""
     found = []
-    for name, library in trials.sweeps:
+    for (name, library), method in trials.methods.items():
         system = trials.systems[name]
         for error in ERRORS if system.half == half else ():
             answer = answers.get((system.need, error, library))
             if answer is None or not trials.counts(name, error):
                 continue
-            wanted = median(answer) if margin is None else reliable(answer, margin)
+            wanted = median(answer) if factor is None else reliable(answer, method, factor)
             at = trials.at(name, library, wanted)
-            if at is not None:
-                found.append(Trial(name, system.need, library, error, at.relative, at.error, at.status))
+            found.append(Trial(name, system.need, library, error, at.relative, at.error, at.status))
     return found
 
 
 def choose_margin(trials: Trials, answers: Mapping[tuple[str, float, str], Row]) -> tuple[float, list[dict[str, Any]]]:
-    """The largest margin that is enough on its half, or the one with the largest share; and the share of each."""
+    """The largest margin that is enough on its half, or the one with the largest share; and the share of each.
+
+    `answers`: of a table whose settings have no margin yet.
+    """
     shares = [
         {"margin": margin, **share([(one.system, one.held) for one in tried(trials, answers, MARGIN, margin)])}
         for margin in MARGINS
@@ -252,16 +260,21 @@ def order(trials: Trials, pairs: Sequence[Pair], halves: Sequence[str]) -> list[
 
 
 def judge(
-    rows: Iterable[Row], systems: Mapping[str, System], answers: Iterable[Row], pairs: Sequence[Pair] | None
+    rows: Iterable[Row],
+    systems: Mapping[str, System],
+    answers: Iterable[Row],
+    pairs: Sequence[Pair] | None,
+    chosen: tuple[float, list[dict[str, Any]]] | None = None,
 ) -> dict[str, Any]:
     """The judgement of a table, as it is published: the margin, the shares of both settings, the order, what missed.
 
     `rows`: a results file; `systems`: those that were drawn and measured; `answers`: the rows of a table; `pairs`: the
-    published order, None if it is not known.
+    published order, None if it is not known; `chosen`: the margin that the settings of the table have already, with the
+    shares by which it was chosen; None if it has none, and one is chosen here.
     """
     trials, known = Trials(rows, systems), recommended(answers)
-    margin, margins = choose_margin(trials, known)
-    tests = tried(trials, known, TEST, margin)
+    margin, margins = choose_margin(trials, known) if chosen is None else chosen
+    tests = tried(trials, known, TEST, margin if chosen is None else 1.0)
     found: dict[str, Any] = {
         "systems": len(trials.systems),
         "margin": margin,
@@ -299,13 +312,13 @@ def _miss(one: Trial) -> dict[str, Any]:
     return row | {"found": one.found if math.isfinite(one.found) else None, "status": one.status}
 
 
-def read_answers(path: Path) -> list[dict[str, Any]]:
-    """The answers of a table of recommendations. Raises ValueError for another file."""
+def read_table(path: Path) -> tuple[dict[str, Any], list[dict[str, Any]]]:
+    """The head and the answers of a table of recommendations. Raises ValueError for another file."""
     try:
-        rows = [json.loads(line) for line in path.read_text("utf-8").splitlines()]
+        head, *rows = [json.loads(line) for line in path.read_text("utf-8").splitlines()]
         found = [row for row in rows if "subject" in row]
     except (OSError, TypeError, ValueError) as error:
         raise ValueError(f"{path}: no table of recommendations ({error})") from None
     if not found:
         raise ValueError(f"{path}: it has no answers; give a table as recommendations.jsonl")
-    return found
+    return head, found

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import synthetic
 from gnomon.harness.results.advice import outside
 from gnomon.harness.results.advice.outside import ERRORS, MARGINS, Pair, System
 
@@ -97,7 +98,27 @@ def test_without_an_enough_margin_the_one_with_the_largest_share_is_taken() -> N
 def test_steps_have_no_margin() -> None:
     """A margin was not tried for them: the setting is the tightest of the catalogue."""
     (answer, *_) = answers(kind="step")
-    assert {outside.reliable(answer, margin) for margin in MARGINS} == {answer["tightest"]}
+    answer["reliable"] = {"method": "scipy:any", "kind": "step", "relative": 0.01}
+    assert {outside.reliable(answer, "scipy:any", margin) for margin in MARGINS} == {0.01}
+
+
+def test_each_method_of_an_answer_has_its_own_setting() -> None:
+    """A library that runs two methods on the systems of a need: the settings of one say nothing about the other."""
+    (answer, *_) = answers()
+    answer["reliable"] = {"method": "scipy:any", "kind": "tolerance", "value": 1e-5}
+    answer["reliable"]["others"] = [{"method": "scipy:other", "kind": "tolerance", "value": 1e-8}]
+    assert outside.reliable(answer, "scipy:any", 0.1) == pytest.approx(1e-6)
+    assert outside.reliable(answer, "scipy:other", 0.1) == pytest.approx(1e-9)
+
+
+def test_a_table_with_a_margin_is_judged_as_it_stands() -> None:
+    """Its settings are tightened already: what is published is tried, and not tightened again."""
+    systems = halves(3)
+    rows, table = rows_of(systems, [5.0]), answers(tightest=0.1)
+    shares = [{"margin": 0.1, "share": 1.0}]
+    found = outside.judge(rows, systems, table, None, (0.1, shares))
+    assert (found["margin"], found["margins"], found["share"]["share"]) == (0.1, shares, 1.0)
+    assert outside.judge(rows, systems, answers(tightest=1.0), None, (0.1, shares))["share"]["share"] == 0
 
 
 def test_a_step_is_compared_over_the_time_scale() -> None:
@@ -106,7 +127,6 @@ def test_a_step_is_compared_over_the_time_scale() -> None:
     rows = sweep("a", "scipy", 0.5, setting_kind="step", time_scale=0.1)
     trials = outside.Trials(rows, systems)
     at = trials.at("a", "scipy", 1e-3)
-    assert at is not None
     assert (at.relative, at.error) == (pytest.approx(1e-3), pytest.approx(0.5e-4))
 
 
@@ -117,7 +137,6 @@ def test_a_setting_is_rounded_down_to_the_measured_ones(wanted: float, taken: fl
     """Below the tightest one that was measured, this one counts: a method takes no tighter tolerance."""
     systems = {"a": System("accurate", "family", outside.TEST)}
     at = outside.Trials(sweep("a", "scipy", 1.0), systems).at("a", "scipy", wanted)
-    assert at is not None
     assert at.relative == pytest.approx(taken)
 
 
@@ -226,8 +245,24 @@ def test_a_pair_names_the_library_that_is_faster_on_common_systems() -> None:
     assert outside._pair("accurate", 1e-6, ("scipy", {"a": 1.0}), ("heyoka", second)) == []
 
 
+def test_the_published_order_is_of_the_catalogue(tmp_path: Path) -> None:
+    """Three libraries on three systems: one is forty times slower; two are closer than what counts as equal."""
+    names = ("pendulum_simple", "duffing_unforced", "harmonic_oscillator")
+    costs = {"scipy:DOP853": 4e-6, "heyoka:Taylor": 1e-7, "sksundae:CVODE Adams [native]": 1.1e-7}
+    integrators = []
+    for identity, cost in costs.items():
+        library, _, name = identity.partition(":")
+        name, _, policy = name.partition(" [")
+        integrators.append((library, name, policy.rstrip("]"), 8, "tolerance", cost, ""))
+    path = synthetic.write(tmp_path / "run.sqlite", {name: (name, "1", 2, ("default",)) for name in names}, integrators)
+    found = outside.order_of(path)
+    assert {(pair.faster, pair.slower) for pair in found} == {("heyoka", "scipy"), ("sksundae", "scipy")}
+    assert {"position", "smooth", "accurate"} <= {pair.need for pair in found}
+    assert all(pair.ratio > 20 for pair in found)
+
+
 def test_a_file_that_is_no_table_is_named(tmp_path: Path) -> None:
     for text in ("", "no JSON", '{"revision": "1"}'):
         (tmp_path / "table.jsonl").write_text(text)
         with pytest.raises(ValueError, match=r"table\.jsonl"):
-            outside.read_answers(tmp_path / "table.jsonl")
+            outside.read_table(tmp_path / "table.jsonl")
