@@ -40,6 +40,8 @@ SUITE = "outside"
 NOTE = "drawn "
 """Begins the name of a note about a system, in the environment of a run: how it ended, as JSON."""
 LIMIT_SECONDS = 1.0
+EXPLICIT_WORK = 600_000
+"""Work of a reference, four times that of a user's own equations: some 2 min."""
 BOUND = 1e-10
 """The largest bound of a reference's error: a tenth of the least error that is judged."""
 
@@ -84,7 +86,7 @@ def _made(one: Drawn, seed: int) -> tuple[OwnSystem | None, Ended]:
     """A system with its reference; None if it is dropped."""
     began = monotonic()
     try:
-        own = make_system(one.stated, (0.0, one.span), one.start, name=one.name)
+        own = make_system(one.stated, (0.0, one.span), one.start, name=one.name, explicit_work=EXPLICIT_WORK)
     except (ArithmeticError, ValueError) as error:
         return None, Ended(seed, f"no reference: {error}", "", monotonic() - began)
     text, why = own.reference.text(), ""

@@ -34,7 +34,7 @@ from gnomon.harness.own_systems.hybrid_reference import (
     rough_hybrid,
 )
 from gnomon.harness.own_systems.lines import call_lines, explain_form, name_of
-from gnomon.harness.own_systems.smooth_reference import Reference, smooth_reference
+from gnomon.harness.own_systems.smooth_reference import EXPLICIT_WORK, Reference, smooth_reference
 from gnomon.harness.running.pieces import Stated, Times, array
 from gnomon.reference.numerics.precision import Number
 
@@ -169,10 +169,12 @@ def make_system(
     y0: Any,
     name: str | None = None,
     told: Callable[[str], None] = lambda text: None,
+    explicit_work: int = EXPLICIT_WORK,
 ) -> OwnSystem:
     """The equations as a case with a reference. Raises ValueError for wrong arguments, and without a reference.
 
-    `told` takes the sentences about each part as soon as it is known.
+    `told` takes the sentences about each part as soon as it is known. `explicit_work`: as EXPLICIT_WORK, for a reference
+    that may take minutes.
     """
     start = array(y0, "y0")
     rates = len(start) // 2 if stated.accelerations else 0
@@ -187,14 +189,19 @@ def make_system(
     case = kind(span=float(whole.sampled[-1]))
     own = np.array([float(x) for x in case.initial_state])
     if kind.smooth:
-        _solve_smooth(kind, case, own, equations.parameters, told)
+        _solve_smooth(kind, case, own, equations.parameters, told, explicit_work)
     else:
         _solve_with_events(kind, case, own, equations.parameters, told)
     return case
 
 
 def _solve_smooth(
-    kind: type[OwnSystem], case: OwnSystem, start: Floats, parameters: Sequence[float], told: Callable[[str], None]
+    kind: type[OwnSystem],
+    case: OwnSystem,
+    start: Floats,
+    parameters: Sequence[float],
+    told: Callable[[str], None],
+    explicit_work: int,
 ) -> None:
     rates = Rates(first_equations(case.forms), parameters)
     kind.moments = np.unique(np.append(case.times, float(case.span)))
@@ -202,7 +209,7 @@ def _solve_smooth(
     def solve(rough: RoughMotion) -> None:
         kind.rough, kind.effects = rough, rounding_effect(rates, start, kind.moments, rough)
         effect = float(np.nanmax(np.append(kind.effects[1], 0.0)))  # 0 where it is not known
-        kind.reference = smooth_reference(case.forms, start, parameters, kind.moments, rough, effect)
+        kind.reference = smooth_reference(case.forms, start, parameters, kind.moments, rough, effect, explicit_work)
 
     solve(rough_motion(rates, start, float(case.span), kind.moments))
     times, states = np.append(0.0, kind.moments), np.vstack([start, kind.reference.states])

@@ -83,18 +83,25 @@ class Reference:
 
 
 def smooth_reference(
-    forms: Sequence[Form], start: Floats, parameters: Sequence[float], times: Floats, motion: RoughMotion, effect: float
+    forms: Sequence[Form],
+    start: Floats,
+    parameters: Sequence[float],
+    times: Floats,
+    motion: RoughMotion,
+    effect: float,
+    explicit_work: int = EXPLICIT_WORK,
 ) -> Reference:
     """The reference at increasing times since the start. Raises ValueError where no two methods reach the end.
 
-    `effect` is the largest effect of rounding to binary64: as many digits as it has lost are added.
+    `effect` is the largest effect of rounding to binary64: as many digits as it has lost are added. `explicit_work`: as
+    EXPLICIT_WORK.
     """
     form = next(form for form in forms if isinstance(form, FirstOrder))
     if isinstance(form.equations, Called):
         return _in_binary64(forms, start, parameters, times, motion, "the equations have no formulas")
     scaled = _Scaled(form, start, parameters, motion)
     try:
-        return _in_high_precision(scaled, times, motion, effect)
+        return _in_high_precision(scaled, times, motion, effect, explicit_work)
     except (ArithmeticError, ValueError, TypeError) as error:
         return _in_binary64(forms, start, parameters, times, motion, str(error))
 
@@ -134,8 +141,10 @@ class _Scaled:
         return np.asarray(found * unit / sizes[:, None])
 
 
-def _in_high_precision(scaled: _Scaled, times: Floats, motion: RoughMotion, effect: float) -> Reference:
-    explicit = not motion.stiff and _is_short_enough(scaled)
+def _in_high_precision(
+    scaled: _Scaled, times: Floats, motion: RoughMotion, effect: float, explicit_work: int
+) -> Reference:
+    explicit = not motion.stiff and _is_short_enough(scaled, explicit_work)
     lost = max(0, math.ceil(math.log10(effect / USUAL))) if USUAL < effect < math.inf else 0
     return _attempt(scaled, times, motion, explicit, min((DIGITS if explicit else IMPLICIT_DIGITS) + lost, MOST_DIGITS))
 
@@ -185,10 +194,10 @@ def _both(ways: Sequence[Callable[[], States]]) -> list[States]:
     return [found[index] for index in range(len(ways))]
 
 
-def _is_short_enough(scaled: _Scaled) -> bool:
+def _is_short_enough(scaled: _Scaled, explicit_work: int) -> bool:
     """Whether an explicit integration of full order takes seconds: by one of low order."""
     try:
-        Scout(scaled.field(), scaled.start, False, EXPLICIT_WORK).reach(scaled.span)
+        Scout(scaled.field(), scaled.start, False, explicit_work).reach(scaled.span)
     except (ArithmeticError, AttributeError, TypeError):
         return False
     return True
