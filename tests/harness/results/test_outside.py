@@ -86,6 +86,14 @@ def test_the_margin_is_chosen_on_one_half_and_tested_on_the_other() -> None:
     assert all(one["found"] == pytest.approx(50 * one["setting"]) for one in found["misses"])
 
 
+@pytest.mark.parametrize(("wrong", "margin"), [(1, 1.0), (2, 0.1)])
+def test_one_trial_in_forty_may_fail_with_the_margin(wrong: int, margin: float) -> None:
+    """Of 40 systems one or two have errors that are ten times larger: 97.5 % or 95 % hold without a margin."""
+    systems = {str(k): System("accurate", "family", outside.MARGIN) for k in range(40)}
+    found = outside.judge(rows_of(systems, [5.0] * wrong + [0.5] * (40 - wrong)), systems, answers(), None)
+    assert found["margin"] == margin
+
+
 def test_without_an_enough_margin_the_one_with_the_largest_share_is_taken() -> None:
     systems = halves(4)
     found = outside.judge(rows_of(systems, [1e5, 0.5, 0.5, 0.5]), systems, answers(), None)
