@@ -168,7 +168,7 @@ class IAS15(Native):
 
     name, engine, order = "IAS15", "ias15", 15
     sampling = "stops at samples"
-    sweep = Tolerance(1e-3, 1e-12)
+    sweep = Tolerance(1e-3, 1e-12, name="epsilon")
 
     def options(self, setting: float) -> dict[str, Any]:
         return {"epsilon": setting}

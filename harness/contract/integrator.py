@@ -49,16 +49,20 @@ class Tolerance:
         The first and the last tolerance of the sweep, without unit.
     per_decade : int
         The number of tolerances in a decade.
+    name : str
+        The library's name of a parameter that sets the accuracy and is not a tolerance; `gnomon.solve` takes it by this
+        name.
 
     Examples
     --------
     >>> Tolerance(loosest=1e-3, tightest=1e-12)
-    Tolerance(loosest=0.001, tightest=1e-12, per_decade=1)
+    Tolerance(loosest=0.001, tightest=1e-12, per_decade=1, name='rtol')
     """
 
     loosest: float = 1e-3
     tightest: float = 1e-13
     per_decade: int = 1
+    name: str = "rtol"
     kind: ClassVar[str] = "tolerance"
 
 

@@ -12,10 +12,9 @@ from typing import Any
 
 import pandas as pd
 from gnomon.harness.contract.status import SCORED, Status
-from gnomon.harness.registry.families import FAMILIES, OTHER, family_of
+from gnomon.harness.registry.families import FAMILIES, OTHER, exact_reason, family_of
 from gnomon.harness.results.analysis import NEVER_RAN, records, settings
 from gnomon.harness.results.equal_error import error_within, time_at
-from gnomon.harness.results.rankings import EXACT
 
 SUCCESS = 1e-6
 """The error with which a method succeeds."""
@@ -46,11 +45,6 @@ class Sweep:
     @property
     def least(self) -> float:
         return min(self.errors, default=math.inf)
-
-    @property
-    def exact(self) -> bool:
-        """Whether the method is exact by construction: its loosest setting has an error of round-off."""
-        return bool(self.errors) and self.errors[0] <= EXACT
 
     def costs(self, axis: str) -> tuple[float, ...]:
         return self.seconds if axis == TIME else self.calls
@@ -103,7 +97,7 @@ class Separation:
 
 
 def sweeps(timed: pd.DataFrame) -> dict[Problem, list[Sweep]]:
-    """The methods that ran on each problem, without those that are exact by construction.
+    """The methods that ran on each problem, without those that are exact by construction (`exact_reason`).
 
     `timed`: `analysis.own_spans`.
     """
@@ -115,8 +109,10 @@ def sweeps(timed: pd.DataFrame) -> dict[Problem, list[Sweep]]:
     found: dict[Problem, dict[str, list[dict[str, Any]]]] = {}
     for row in records(settings(ran), columns):
         found.setdefault((row["case"], row["variant"]), {}).setdefault(row["integrator_id"], []).append(row)
-    made = {problem: [_sweep(name, rows) for name, rows in of.items()] for problem, of in found.items()}
-    return {problem: [one for one in of if not one.exact] for problem, of in made.items()}
+    return {
+        (case, variant): [_sweep(name, rows) for name, rows in of.items() if exact_reason(name, case) is None]
+        for (case, variant), of in found.items()
+    }
 
 
 def _sweep(name: str, rows: Sequence[dict[str, Any]]) -> Sweep:

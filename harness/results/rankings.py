@@ -26,9 +26,6 @@ from gnomon.harness.results.separation import (
 
 SAME_COUNT = 1.1
 """Largest ratio of two counts of evaluations that are tied: counts are interpolated between settings of a sweep."""
-EXACT = 1e-12
-"""An error at the loosest setting of at most this, or CONDITIONED times the conditioning, is round-off. The method is
-then exact by construction, as on Kepler's orbits a method that moves bodies on them."""
 FEWEST = 5
 """Smallest number of cases for a statement about integrators, as variants of one case are not independent."""
 SOLVED, CONDITIONED = 1e-6, 1e3

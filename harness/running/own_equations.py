@@ -241,7 +241,7 @@ SLOW = Charged(lambda t, state, p: (), fields=lambda t, place, p: ())
 def lines(integrator: Integrator, setting: str | None = None) -> str | None:
     """The lines for an integrator; None for an engine, which takes a scene in place of equations.
 
-    `setting`: the argument of `gnomon.solve` for the accuracy, as rtol=1e-9; by default a usual one.
+    `setting`: the argument of `gnomon.solve` for the accuracy, as rtol=1e-9 or epsilon=1e-9; by default a usual one.
     """
     text = next((text for form, text in LINES.items() if form in integrator.accepts), None)
     if text is None:
@@ -251,5 +251,5 @@ def lines(integrator: Integrator, setting: str | None = None) -> str | None:
     sweep = integrator.sweep
     usual = "step=2**-7"
     if isinstance(sweep, Tolerance):
-        usual = f"rtol={min(max(TOLERANCE, sweep.tightest), sweep.loosest):g}"
+        usual = f"{sweep.name}={min(max(TOLERANCE, sweep.tightest), sweep.loosest):g}"
     return text.format(setting=setting or usual, method=integrator.id)

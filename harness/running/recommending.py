@@ -1,4 +1,7 @@
-"""Writes the table of `gnomon recommend` from a run: the answers of `needs` at every error, with the lines that run them."""
+"""Writes the table of `gnomon recommend` from a run: the answers of `needs` at every error, with the lines that run them.
+
+What the trial outside of the catalogue found stands in the head: its margin is the factor of the reliable tolerances.
+"""
 
 import json
 import math
@@ -11,8 +14,17 @@ import pandas as pd
 from gnomon.harness.registry import lookup
 from gnomon.harness.registry.environment import DISTRIBUTIONS
 from gnomon.harness.results import store, summary
-from gnomon.harness.results.advice.needs import SUBJECTS, YOURS, Answer, Measurements, kind_of, needs
-from gnomon.harness.results.advice.recommendations import MOST_BYTES
+from gnomon.harness.results.advice.needs import (
+    SUBJECTS,
+    YOURS,
+    Answer,
+    Measurements,
+    Reliable,
+    Setting,
+    kind_of,
+    needs,
+)
+from gnomon.harness.results.advice.recommendations import MOST_BYTES, SCHEMA
 from gnomon.harness.results.equal_error import TARGETS
 from gnomon.harness.results.outstanding import outstanding
 from gnomon.harness.running import rounds
@@ -37,14 +49,18 @@ class Run(Protocol):
     def forms(self) -> Mapping[str, AbstractSet[str]]: ...
 
 
-def write_table(run: Run, to: Path) -> Path:
+def write_table(run: Run, to: Path, outside: Path | None = None) -> Path:
     """Write the table of a run and return its path. Equal measurements give equal files.
+
+    `outside`: the file of the trial outside of the catalogue, whose margin the reliable tolerances have; without it 1.
 
     Raises ValueError if it is larger than MOST_BYTES, and for measurements from several sources or machines, which one head
     cannot name.
     """
     measured = Measurements(run.equal, run.frame, kind_of(run.forms))
-    found = needs(measured, list(SUBJECTS.values()), TARGETS)
+    tried = None if outside is None else _trial(outside)
+    margin = 1.0 if tried is None else float(tried["margin"])
+    found = needs(measured, list(SUBJECTS.values()), TARGETS, margin)
     rows = [
         {"subject": need.subject.key, "error": need.error, **_row(answer)}
         for need in found
@@ -55,13 +71,22 @@ def write_table(run: Run, to: Path) -> Path:
     known = lookup.own()
     parts = [{"method": name, "lines": lines(known[name], PLACE)} for name in named]
     launches = min((row["launches"] for row in rows if row["systems"]), default=0)
-    head = _head(run) | {"launches": launches}
-    text = "".join(json.dumps(part, ensure_ascii=False) + "\n" for part in (head, *parts, *rows))
+    head = {"schema": SCHEMA} | _head(run) | {"launches": launches, "margin": margin, "outside": tried}
+    text = "".join(json.dumps(part, ensure_ascii=False, separators=(",", ":")) + "\n" for part in (head, *parts, *rows))
     if len(text.encode()) > MOST_BYTES:
         raise ValueError(f"{to}: the table takes {len(text.encode())} bytes, more than {MOST_BYTES}")
     with diskcache.whole(to) as part:
         part.write_text(text, encoding="utf-8")
     return to
+
+
+def _trial(path: Path) -> dict[str, Any]:
+    """What the trial outside of the catalogue found."""
+    found: dict[str, Any] = json.loads(path.read_text("utf-8"))
+    margin = found.get("margin")
+    if not (isinstance(margin, int | float) and 0 < margin <= 1):
+        raise ValueError(f"{path}: margin={margin!r}, where a factor above 0 and up to 1 belongs; run the trial again")
+    return found
 
 
 def _head(run: Run) -> dict[str, Any]:
@@ -98,9 +123,11 @@ def _row(answer: Answer) -> dict[str, Any]:
         "why": answer.why,
         "tried": answer.tried,
         "systems": answer.systems,
+        "share_low": _rounded(answer.share[0]),
+        "share_high": _rounded(answer.share[1]),
         "launches": answer.launches,
     }
-    names = ("seconds", "low", "high", "evaluations", "loosest", "tightest")
+    names = ("seconds", "low", "high", "evaluations", "loosest", "tightest", "best_error")
     row |= dict(_known({name: getattr(answer, name) for name in names}))
     if answer.setting is not None:
         one = answer.setting
@@ -110,10 +137,29 @@ def _row(answer: Answer) -> dict[str, Any]:
             "relative": _rounded(one.relative),
             "problem": f"{one.case}/{one.variant or 'default'}",
             "method": one.integrator,
+            **_named(one),
         }
+    if answer.reliable:
+        first, *others = map(_reliable, answer.reliable)
+        row["reliable"] = first | ({"others": others} if others else {})
+    if answer.rests_on is not None:
+        one = answer.rests_on
+        row["rests_on"] = {"spans": [_rounded(one.shortest), _rounded(one.longest)]}
+        row["rests_on"] |= dict(_known({name: getattr(one, name) for name in ("conditioning", "eccentricity")}))
     if answer.better is not None:
         row["better"] = _row(answer.better) | {"among": answer.better.among, "how": answer.better.how}
     return row
+
+
+def _reliable(one: Reliable) -> dict[str, Any]:
+    value = {"relative": _floored(one.relative)} if one.kind == "step" else {"value": one.relative}
+    found = {"method": one.integrator, "kind": one.kind, **value, **_named(one)}
+    return found | {"systems": one.systems, "of": one.of, **dict(_known({"seconds": one.seconds}))}
+
+
+def _named(one: Setting | Reliable) -> dict[str, str]:
+    """The name of a parameter that is not a tolerance."""
+    return {} if one.name == "rtol" else {"name": one.name}
 
 
 def _known(values: Mapping[str, float]) -> Iterator[tuple[str, float]]:
@@ -122,3 +168,9 @@ def _known(values: Mapping[str, float]) -> Iterator[tuple[str, float]]:
 
 def _rounded(value: float) -> float:
     return float(f"{value:.{FIGURES}g}")
+
+
+def _floored(step: float) -> float:
+    """To FIGURES figures, and not above: a longer step would not be the one that was measured."""
+    unit = 10.0 ** (math.floor(math.log10(step)) + 1 - FIGURES)
+    return _rounded(math.floor(step / unit * (1 + 1e-12)) * unit)

@@ -33,6 +33,12 @@ FIXED_ERROR, FIXED_HALVINGS = 1e-10, 5
 order has a kink at its ends."""
 FAR_APART, TINY = 100.0, 1e-300
 """In tolerances, how far states at other times may differ from those of the result before the message says so."""
+SAID = {
+    "rtol": "its relative tolerance",
+    "epsilon": "which bounds the last term of its series and is not an error; the manual advises 1e-9",
+}
+"""Of the parameters that set the accuracy of a method with error control, what they are."""
+OWN_NAMES = SAID.keys() - {"rtol"}
 INSTEAD = {
     "tolerance": "write rtol=..., or step=... for a method of fixed steps",
     "parameters": "write args=(...), which are further arguments of fun",
@@ -182,6 +188,7 @@ def solve(
         The Jacobian ``jac(t, y, *args)`` of `fun`, shape (dim, dim), or a constant one, for libraries that take one. By
         default it is derived from the formulas of `fun`; without formulas a library takes differences.
     **options : dict
+        `epsilon`, in place of `rtol`, for a method whose accuracy is set by a parameter of this name, as `rebound:IAS15`.
         Other options of `solve_ivp` are refused by name.
 
     Returns
@@ -209,7 +216,8 @@ def solve(
     """
     _refuse_old_order(fun, t_span, y0, method, t_eval, options)
     for name in options:
-        raise ValueError(f"{name}={options[name]!r}: solve has no such option; {INSTEAD.get(name, 'leave it out')}")
+        if name not in OWN_NAMES:
+            raise ValueError(f"{name}={options[name]!r}: solve has no such option; {INSTEAD.get(name, 'leave it out')}")
     start = _state(y0, accelerations)
     is_form = isinstance(fun, Form | CaseEquations)
     times = Times.of(t_span, t_eval, len(start) // 2 if accelerations else 0, 1.0 if is_form else None)
@@ -233,7 +241,7 @@ def solve(
             wrong := violation(form, float(t_span[0]), start.tolist(), equations.parameters)
         ):
             raise ValueError(f"y0 violates its constraints: {wrong}")
-    integrator, setting = _with_setting(chosen, rtol, atol, step)
+    integrator, setting = _with_setting(chosen, {"rtol": rtol, **options}, atol, step)
     integrator = _with_options(integrator, times.clock, max_step, first_step, jac)
     motion = Motion(stated, integrator, setting, start, times, bounds, {bounds[0]: equations})
     return _result(motion, times, t_eval, bool(dense_output))
@@ -380,13 +388,18 @@ def _takes(integrator: Integrator, forms: Sequence[Form]) -> bool:
 
 
 def _with_setting(
-    integrator: Integrator, rtol: float | None, atol: float | None, step: float | None
+    integrator: Integrator, accuracy: dict[str, Any], atol: float | None, step: float | None
 ) -> tuple[Integrator, float]:
-    """The integrator, with another ratio of the tolerances if `atol` is given, and its setting."""
+    """The integrator, with another ratio of the tolerances if `atol` is given, and its setting.
+
+    `accuracy`: the relative tolerance, and parameters that libraries have in its place, by name.
+    """
     fixed = isinstance(integrator.sweep, Steps)
-    for name, value, wrong in (("rtol", rtol, fixed), ("atol", atol, fixed), ("step", step, not fixed)):
+    own = "" if isinstance(integrator.sweep, Steps) else integrator.sweep.name
+    given = [(name, value, name != own) for name, value in accuracy.items()]
+    for name, value, wrong in (*given, ("atol", atol, fixed), ("step", step, not fixed)):
         if value is not None and wrong:
-            instead = "step=..., the size of its steps" if fixed else "rtol=..., its relative tolerance"
+            instead = "step=..., the size of its steps" if fixed else f"{own}=..., {SAID[own]}"
             raise ValueError(f"{name}={value!r}: {integrator.id} has no such setting; give {instead}")
         if value is not None and not (np.ndim(value) == 0 and 0 <= value < math.inf and (value > 0 or name == "atol")):
             kind = "; a vector is not supported" if np.ndim(value) else ""
@@ -397,6 +410,7 @@ def _with_setting(
         return integrator, float(step)
     sweep = integrator.sweep
     assert isinstance(sweep, Tolerance)
+    rtol = accuracy.get(own)
     setting = min(max(DEFAULT_RTOL, sweep.tightest), sweep.loosest) if rtol is None else float(rtol)
     if atol is not None:
         if integrator.atol_ratio is None:

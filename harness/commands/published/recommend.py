@@ -26,8 +26,8 @@ def recommend(
 ) -> None:
     """Recommend a method of each library, with its setting, its cost and the lines that run it.
 
-    Each library answers with the method that its own manual names, chosen before the measurements. Nothing is
-    recommended below five independent systems.
+    Each library answers with the method that its own manual names, chosen before the measurements, with the share of
+    the systems on which it reaches the error.
     """
     # Imported here and not above: `gnomon --help` starts without the modules that read the table.
     from gnomon.harness.adapters import libraries
@@ -49,7 +49,7 @@ def recommend(
         for line in described(row, libraries.title(row["library"])):
             out.print(line, highlight=False, markup=False)
     out.print(f"\n{measured_by(table)}", highlight=False, markup=False)
-    named = [row for row in found.rows if row["methods"] and not row["why"]]
+    named = [row for row in found.rows if row["systems"]]
     if len(named) == 1:
         _print_lines(table, named[0])
     elif named:
@@ -64,34 +64,85 @@ def described(row: Mapping[str, Any], title: str) -> Iterator[str]:
     """The lines on one answer."""
     if row["why"]:
         yield f"\n{title}: nothing is recommended: {row['why']}"
-        if not row["systems"]:
-            return
-        yield f"    measured: {', '.join(row['methods'])}, {setting_text(row)}"
+    elif not row["systems"]:
+        yield f"\n{title}: nothing is recommended: {', '.join(row['methods'])} reaches the error on {share_text(row)}"
+        yield f"    {least_text(row)}"
     else:
-        yield f"\n{title}: {', '.join(row['methods'])}, {setting_text(row)}"
-    yield f"    {cost_text(row)}, on {row['systems']} of {row['tried']} independent systems"
+        yield f"\n{title}: {', '.join(row['methods'])}, {reliable_text(row['reliable'])}"
+        for other in row["reliable"].get("others", ()):
+            yield f"    {reliable_text(other)}"
+        yield f"    {median_text(row)}"
+        yield f"    reaches the error on {share_text(row)}; {rests_text(row['rests_on'])}"
     if "better" in row:
         better = row["better"]
         yield (
             f"    the best of its {better['among']} methods, found after the run: {', '.join(better['methods'])},"
-            f" {setting_text(better)}: {better['how']}"
+            f" {reliable_text(better['reliable'])}; {better['how']}"
         )
 
 
-def setting_text(row: Mapping[str, Any]) -> str:
-    """The setting that is enough on half of the problems, and the one that is enough on all."""
-    one, step = row["setting"], row["setting"]["kind"] == "step"
-    of = "" if len(row["methods"]) < 2 else f" of {one['method']}"
-    unit = " of the time in which the motion changes" if step else ""
-    text = f"{argument(one)}{of}{unit}"
-    if row["loosest"] == row["tightest"]:
-        return text
-    return f"{text} (enough on half of the problems, {row['tightest']:g} on all; the median one is {one['problem']})"
+def share_text(row: Mapping[str, Any]) -> str:
+    """The systems that a method reaches, with the 95 % interval of their share."""
+    low, high = (round(100 * row[name]) for name in ("share_low", "share_high"))
+    if row["systems"] == row["tried"]:
+        share = f"at least {low} %"
+    elif not row["systems"]:
+        share = f"at most {high} %"
+    else:
+        share = f"{low} to {high} %"
+    return f"{row['systems']} of {row['tried']} independent systems ({share} of such systems, with 95 % confidence)"
+
+
+def least_text(row: Mapping[str, Any]) -> str:
+    """The error that a method reaches in place of the one that was asked for."""
+    if "best_error" not in row:
+        return "on half of them it gives no answer in time"
+    return f"it reaches an error of {row['best_error']:.2g} on half of them"
+
+
+def reliable_text(one: Mapping[str, Any]) -> str:
+    """The setting of a method to rely on, the systems on which it holds, and its cost."""
+    from gnomon.harness.results.number_text import counted, time_text
+
+    on = (
+        f"all {counted(one['of'], 'system')}"
+        if one["systems"] == one["of"]
+        else f"{one['systems']} of {one['of']} systems"
+    )
+    cost = f", {time_text(one['seconds'])} a solve" if "seconds" in one else ""
+    return f"{argument(one)}{_unit(one)} for {one['method']} (to rely on: measured to hold on {on}{cost})"
+
+
+def median_text(row: Mapping[str, Any]) -> str:
+    """The setting that is enough on half of the problems, with its cost."""
+    one = row["setting"]
+    return f"often enough: {argument(one)}{_unit(one)}, as on {one['problem']}, the median problem; {cost_text(row)}"
+
+
+def rests_text(one: Mapping[str, Any]) -> str:
+    """The systems that an answer rests on, outside of which its settings were not tried."""
+    low, high = (f"{end:.3g}" for end in one["spans"])
+    spans = f"spans of {low} to {high} time scales" if low != high else f"a span of {low} time scales"
+    orbits = f", eccentricities up to {one['eccentricity']:.3g}" if "eccentricity" in one else ""
+    moved = (
+        f", and numbers whose last digit moves the motion by up to {one['conditioning']:.1g}"
+        if "conditioning" in one
+        else ""
+    )
+    return f"tried on {spans}{orbits}{moved}: not beyond"
+
+
+def _unit(setting: Mapping[str, Any]) -> str:
+    return " of the time in which the motion changes" if setting["kind"] == "step" else ""
 
 
 def argument(setting: Mapping[str, Any]) -> str:
     """The argument of `gnomon.solve` for a setting."""
-    return f"step={setting['relative']:g}" if setting["kind"] == "step" else f"rtol={setting['value']:g}"
+    return (
+        f"step={setting['relative']:g}"
+        if setting["kind"] == "step"
+        else f"{setting.get('name', 'rtol')}={setting['value']:g}"
+    )
 
 
 def cost_text(row: Mapping[str, Any]) -> str:
@@ -105,6 +156,8 @@ def cost_text(row: Mapping[str, Any]) -> str:
 
 def measured_by(table: Table) -> str:
     """Whose measurements these are, and what they can bear."""
+    from gnomon.harness.results.advice import recommendations
+
     head = table.head
     one = head["launches"] <= 1
     bears = "one launch: two times are not separated" if one else f"{head['launches']} launches or more"
@@ -116,7 +169,17 @@ def measured_by(table: Table) -> str:
         f" one processor model, {head['cpu']}, Python {head['python']}"
         f" ({'; '.join(filter(None, (bears, head['rounds'], waited, lacks)))}). Medians over the systems that each method"
         " reaches: not a ranking. Times are of motions of the catalogue with 64 samples; on your machine and system they"
-        " differ."
+        f" differ. {margin_text(head['margin'])} {recommendations.outside_text(head['outside'])}"
+    )
+
+
+def margin_text(margin: float) -> str:
+    """What a setting to rely on is."""
+    if margin == 1:
+        return "A setting to rely on is the tightest one that any of the systems needs; no margin was tried."
+    return (
+        f"A tolerance to rely on is {margin:g} times the tightest one that any of the systems needs; a step is the shortest"
+        " one, and no margin of steps was tried."
     )
 
 

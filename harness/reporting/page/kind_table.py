@@ -220,7 +220,9 @@ def sentence(one: Entry, error: float, clock: str, group: str) -> Markup:
     )
     if one.setting is None:
         return text
-    value = f"step={one.setting.relative:g}" if one.setting.kind == "step" else f"rtol={one.setting.value:g}"
+    value = (
+        f"step={one.setting.relative:g}" if one.setting.kind == "step" else f"{one.setting.name}={one.setting.value:g}"
+    )
     code = Markup('<details><summary>Lines of code</summary><pre data-lines="{}">{}</pre></details>')
     return text + code.format(one.method, value)
 
@@ -248,7 +250,8 @@ def _setting(one: Entry) -> str:
     if one.setting.kind == "tolerance":
         loose, tight = (power_text(end) for end in one.span)
         several = f" ({loose} to {tight})" if loose != tight else ""
-        return f" with a tolerance of {power_text(one.setting.value)}{several}"
+        name = "a tolerance" if one.setting.name == "rtol" else f"an {one.setting.name}"
+        return f" with {name} of {power_text(one.setting.value)}{several}"
     return f" with a step of {short_text(one.setting.relative)} of the time scale"
 
 

@@ -5,11 +5,12 @@ from collections.abc import Sequence, Set
 from typing import Any
 
 from gnomon.harness.adapters.libraries import title
+from gnomon.harness.contract.integrator import Tolerance
 from gnomon.harness.registry import lookup
 from gnomon.harness.reporting.page.case_tables import way
 from gnomon.harness.reporting.page.representing import Representatives, label
-from gnomon.harness.results.advice.needs import OWN, YOURS, Answer, Cost, Need, needs
-from gnomon.harness.results.number_text import counted, join_words, power_text, short_text, time_text
+from gnomon.harness.results.advice.needs import OWN, YOURS, Answer, Cost, Need, Reliable, Setting, needs
+from gnomon.harness.results.number_text import counted, error_text, join_words, power_text, short_text, time_text
 from gnomon.harness.results.profiles import OURS
 from gnomon.harness.running.own_equations import lines
 
@@ -55,16 +56,16 @@ def _line(one: Answer) -> dict[str, Any]:
         "method": methods,
     }
     row |= {"way": way(one.methods[0]) if one.methods else "", "why": one.why, "better": ""}
-    on = f"on {one.systems} of {counted(one.tried, 'system')}"
     if one.systems:
         between = f" ({time_text(one.low)} to {time_text(one.high)})" if one.systems > 1 else ""
         row["time"] = f"{time_text(one.seconds)}{between}"
         row["calls"] = (
             f"{one.evaluations:.0f} evaluations" if math.isfinite(one.evaluations) else "evaluations not counted"
         )
-        row["on"] = on + _setting(one)
+        row["on"] = "; ".join([f"on {_share(one)}", *_settings(one), *_rests(one)])
     else:
-        row |= {"time": "", "calls": "", "on": f"does not reach it {on}" if one.tried else ""}
+        least = f"; on half of them it reaches {error_text(one.best_error)}" if math.isfinite(one.best_error) else ""
+        row |= {"time": "", "calls": "", "on": f"reaches it on {_share(one)}{least}" if one.tried else ""}
     if one.better is not None:
         best = one.better
         row["better"] = (
@@ -73,12 +74,44 @@ def _line(one: Answer) -> dict[str, Any]:
     return row
 
 
-def _setting(one: Answer) -> str:
+def _share(one: Answer) -> str:
+    """The systems that are reached, with the 95 % interval of their share."""
+    low, high = (f"{100 * end:.0f}" for end in one.share)
+    share = (
+        f"at least {low} %"
+        if one.systems == one.tried
+        else f"{low} to {high} %"
+        if one.systems
+        else f"at most {high} %"
+    )
+    return f"{one.systems} of {counted(one.tried, 'system')} ({share})"
+
+
+def _settings(one: Answer) -> list[str]:
+    """The setting to rely on of each method, and the setting of the median problem."""
     if one.setting is None:
-        return ""
-    if one.setting.kind == "tolerance":
-        return f"; tolerance {power_text(one.setting.value)} in the median problem ({power_text(one.loosest)} to {power_text(one.tightest)})"
-    return f"; step {short_text(one.setting.relative)} of the time scale in the median one"
+        return []
+    found = []
+    for each in one.reliable:
+        of = f" of {label(each.integrator)}" if len(one.reliable) > 1 else ""
+        on = "" if each.systems == each.of else f" on {each.systems} of {each.of}"
+        found.append(f"to rely on: {_setting(each)}{of}{on} ({time_text(each.seconds)})")
+    return [*found, f"often enough: {_setting(one.setting)}"]
+
+
+def _setting(one: Setting | Reliable) -> str:
+    if one.kind == Tolerance.kind:
+        return f"{'tolerance' if one.name == 'rtol' else one.name} {power_text(one.relative)}"
+    return f"step {short_text(one.relative)} of the time scale"
+
+
+def _rests(one: Answer) -> list[str]:
+    """The systems that the answer rests on."""
+    if one.rests_on is None:
+        return []
+    spans = f"spans of {short_text(one.rests_on.shortest)} to {short_text(one.rests_on.longest)} time scales"
+    orbits = one.rests_on.eccentricity
+    return [spans + (f", eccentricities up to {short_text(orbits)}" if math.isfinite(orbits) else "")]
 
 
 def _costs(costs: Sequence[Cost]) -> dict[str, Any] | None:

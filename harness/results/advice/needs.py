@@ -5,34 +5,45 @@ its representative (`registry.representatives`), which was chosen before the run
 beside it if the measurements separate it as better: the best of several, found after the run.
 
 Variants of one case are one system, because they are not independent. A system is reached if all of its problems that
-were tried are. Below `FEWEST` systems, nothing is recommended.
+were tried are. An answer carries the share of systems that are reached with its interval, however few they are, and a
+setting to rely on (`Reliable`) beside the setting of the median problem.
 """
 
 import math
 import statistics
+from bisect import bisect_right
 from collections.abc import Iterable, Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, field, replace
+from functools import cache
 from typing import Any
 
 import numpy as np
 import pandas as pd
+from gnomon.cases.core import registry
+from gnomon.cases.core.integrated import IntegratedCase
 from gnomon.harness.adapters.libraries import LIBRARIES
 from gnomon.harness.contract.declared import declared
+from gnomon.harness.contract.integrator import Tolerance
 from gnomon.harness.contract.status import SCORED, Status
-from gnomon.harness.registry import kinds, representatives
-from gnomon.harness.registry.lookup import STIFF
+from gnomon.harness.registry import kinds, lookup, representatives
+from gnomon.harness.registry.families import exact_reason
 from gnomon.harness.results.analysis import NEVER_RAN, SERIES, records, settings
 from gnomon.harness.results.equal_error import credited, time_at
-from gnomon.harness.results.number_text import counted
 from gnomon.harness.results.profiles import OURS
-from gnomon.harness.results.rankings import EXACT, FEWEST
-from gnomon.harness.results.separation import discoveries, paired, signs
+from gnomon.harness.results.separation import RATE, discoveries, paired, signs
+from scipy.special import ndtri
 
 THIRD, OWN, YOURS = "third-party", "gnomon", "yours"
 """Divisions: libraries that gnomon drives, its own methods, and integrators that a user gave to the run."""
 UNKNOWN = {*NEVER_RAN, Status.INTERRUPTED}
 """Statuses of settings of which nothing is known; a problem with no other ones was not tried."""
+PAIRED = 2
+"""The smallest number of systems on which two methods are compared: a scatter needs two differences."""
+ORBITS = "Bodies under gravitation"
+"""The kind of system whose motions may be Kepler orbits."""
+SAME = 1 + 1e-9
+"""Relative settings within this factor are equal: steps over a time scale are rounded."""
 Problem = tuple[str, str]
 """A case and the name of its variant, empty for the default one."""
 
@@ -52,14 +63,14 @@ class Subject:
     """The kind whose representatives stand for the libraries; None for the kind of each case."""
     kinds: tuple[str, ...] = ()
     problems: tuple[str, ...] = ()
+    """Further problems, beside the default variants of the cases of `kinds`."""
     decays: Mapping[str, float] = field(default_factory=dict)
     """The number of decays by problem, if this is what makes it hard."""
 
     def of(self, case: str, variant: str, kind: str) -> bool:
         """Whether a problem counts."""
-        if self.kinds:
-            return not variant and kind in self.kinds
-        return (f"{case}/{variant}" if variant else case) in (self.problems or self.decays)
+        name = f"{case}/{variant}" if variant else case
+        return (not variant and kind in self.kinds) or name in self.problems or name in self.decays
 
 
 def _subject(key: str, row: Mapping[str, Any]) -> Subject:
@@ -84,6 +95,44 @@ class Setting:
     relative: float
     """The tolerance, or the step over the time scale of the problem."""
     error: float
+    name: str
+    """As `parameter_name`."""
+
+
+@dataclass(frozen=True)
+class Reliable:
+    """The setting of a method to rely on: it holds the error on as many systems as possible, with a margin.
+
+    The tightest setting that a problem of the method needs, times the margin, and rounded down to the settings of the
+    sweep; looser again only where that setting was not measured, or round-off is above the error. A margin is of
+    tolerances alone; a step is the tightest one of the problems.
+    """
+
+    integrator: str
+    kind: str
+    relative: float
+    """The tolerance, or the step over the time scale."""
+    systems: int
+    """Systems on which the error was measured to hold at this setting."""
+    of: int
+    """Systems that the method reaches at some setting."""
+    seconds: float
+    """The median over `systems` of the measured time at this setting."""
+    name: str
+    """As `parameter_name`."""
+
+
+@dataclass(frozen=True)
+class Span:
+    """The systems that an answer rests on; outside of them its settings were not tried."""
+
+    shortest: float
+    """The shortest and the longest span, in time scales."""
+    longest: float
+    conditioning: float
+    """The largest effect of half an ulp in the numbers of a system, as an error."""
+    eccentricity: float
+    """The largest of the Kepler orbits among them; nan without one."""
 
 
 @dataclass(frozen=True)
@@ -95,7 +144,7 @@ class Answer:
     methods: tuple[str, ...]
     """Ids: one, or one for each kind of the systems that were tried."""
     why: str
-    """Why nothing is recommended; empty if `methods` are."""
+    """Why nothing was measured: the manual has no such method, or it was not run; else empty."""
     tried: int
     """Systems on which they ran."""
     systems: int
@@ -110,7 +159,13 @@ class Answer:
     """Of the median problem."""
     loosest: float = math.nan
     tightest: float = math.nan
-    """The range of the relative settings over the problems."""
+    """The range of the relative settings over the problems. `setting` and this range are of the method with most systems."""
+    reliable: tuple[Reliable, ...] = ()
+    """A setting to rely on for each method, the method with most systems first."""
+    rests_on: Span | None = None
+    """The systems that are reached, or, without one, the systems that were tried."""
+    best_error: float = math.nan
+    """If no system is reached: the least error that is reached on at least half of those that were tried."""
     launches: int = 0
     """The fewest launches that a time rests on."""
     better: "Answer | None" = None
@@ -122,7 +177,12 @@ class Answer:
 
     @property
     def recommended(self) -> bool:
-        return not self.why
+        return self.systems > 0
+
+    @property
+    def share(self) -> tuple[float, float]:
+        """The 95 % interval of the share of systems that are reached."""
+        return share_interval(self.systems, self.tried)
 
 
 @dataclass(frozen=True)
@@ -161,6 +221,12 @@ class _Reached:
     times: Mapping[tuple[int, int], float]
     evaluations: float
     setting: Setting
+    sweep: Sequence[Mapping[str, Any]]
+    """The scored settings, loosest first."""
+
+    def near(self, relative: float) -> Mapping[str, Any] | None:
+        """The loosest measured setting that is not above a relative setting; None without one."""
+        return next((one for one in self.sweep if one["relative"] <= relative * SAME), None)
 
 
 @dataclass(frozen=True)
@@ -169,6 +235,22 @@ class _System:
 
     reached: bool
     at: list[_Reached]
+    least: float
+    """The least error that is reached on all problems; inf without an answer."""
+    problems: Sequence[Problem]
+
+    @property
+    def integrator(self) -> str:
+        return self.at[0].setting.integrator
+
+    def held(self, relative: float, error: float) -> bool:
+        """Whether the measured error at a relative setting is at most `error` on all problems."""
+        found = [one.near(relative) for one in self.at]
+        return all(one is not None and one["error"] <= error for one in found)
+
+    def seconds_at(self, relative: float) -> float:
+        """The median over the problems of the measured time at a relative setting."""
+        return _median(one["seconds"] for one in (each.near(relative) for each in self.at) if one is not None)
 
     @property
     def seconds(self) -> float:
@@ -199,6 +281,8 @@ class Measurements:
             (row["case"], row["variant"], row["integrator_id"], row["target"]): row for row in records(rows, columns)
         }
         self._sweeps = _sweeps(own)
+        facts = own.assign(spans=own["span"] / own["time_scale"]).groupby(["case", "variant"])
+        self._facts = facts[["spans", "conditioning"]].first().to_dict("index")
 
     @property
     def problems(self) -> AbstractSet[Problem]:
@@ -229,13 +313,33 @@ class Measurements:
         calls = [one["calls"] for one in sweep]
         evaluations = time_at([one["error"] for one in sweep], calls, error)[0] if min(calls) > 0 else math.nan
         one = sweep[place]
-        setting = Setting(integrator, *problem, one["kind"], one["setting"], one["relative"], one["error"])
-        return _Reached(row["seconds"], row["null_share"], row["times"], evaluations, setting)
+        setting = Setting(
+            integrator, *problem, one["kind"], one["setting"], one["relative"], one["error"], parameter_name(integrator)
+        )
+        return _Reached(row["seconds"], row["null_share"], row["times"], evaluations, setting, sweep)
 
     def exact(self, problem: Problem, integrator: str) -> bool:
-        """Whether a series is exact by construction (`rankings.EXACT`): its loosest setting has an error of round-off."""
-        sweep = self._sweeps.get((*problem, integrator))
-        return sweep is not None and sweep[0]["error"] <= EXACT
+        """Whether a series is exact by construction, as `exact_reason` declares."""
+        return (*problem, integrator) in self._sweeps and exact_reason(integrator, problem[0]) is not None
+
+    def least(self, problem: Problem, integrator: str) -> float:
+        """The least error that a series reaches; inf without an answer."""
+        sweep = self._sweeps.get((*problem, integrator), ())
+        return float(np.min(credited([one["error"] for one in sweep]), initial=math.inf))
+
+    def span(self, systems: Iterable[_System]) -> Span | None:
+        """What these systems are; None without one."""
+        problems = [problem for system in systems for problem in system.problems]
+        if not problems:
+            return None
+        spans = [self._facts[problem]["spans"] for problem in problems]
+        orbits = [eccentricity(*problem) for problem in problems if self.kind[problem[0]] == ORBITS]
+        return Span(
+            min(spans),
+            max(spans),
+            max(self._facts[problem]["conditioning"] for problem in problems),
+            max((one for one in orbits if not math.isnan(one)), default=math.nan),
+        )
 
     def systems(
         self, problems: Iterable[Problem], methods: Mapping[str, str] | str, error: float
@@ -244,32 +348,69 @@ class Measurements:
 
         A system on one of whose problems the method is exact by construction shows nothing about it, and is left out.
         """
-        found: dict[str, list[_Reached | None]] = {}
-        exact = set()
+        found: dict[str, list[tuple[Problem, str]]] = {}
         for problem in problems:
             name = methods if isinstance(methods, str) else methods.get(problem[0])
             if name is not None and self.tried(problem, name):
-                if self.exact(problem, name):
-                    exact.add(problem[0])
-                found.setdefault(problem[0], []).append(self.reached(problem, name, error))
+                found.setdefault(problem[0], []).append((problem, name))
         return {
-            case: _System(None not in all_, [one for one in all_ if one is not None])
+            case: self._system(all_, error)
             for case, all_ in found.items()
-            if case not in exact
+            if not any(self.exact(problem, name) for problem, name in all_)
         }
+
+    def _system(self, tried: Sequence[tuple[Problem, str]], error: float) -> _System:
+        reached = [self.reached(problem, name, error) for problem, name in tried]
+        least = max(self.least(problem, name) for problem, name in tried)
+        at = [one for one in reached if one is not None]
+        return _System(len(at) == len(tried), at, least, [problem for problem, _ in tried])
 
 
 def _sweeps(timed: pd.DataFrame) -> dict[tuple[str, ...], list[dict[str, Any]]]:
     """The scored settings of each series, loosest first, by case, variant and integrator."""
     found: dict[tuple[str, ...], list[dict[str, Any]]] = {}
-    columns = (*SERIES, "status", "setting", "setting_kind", "error_max", "rhs_calls", "time_scale")
+    columns = (*SERIES, "status", "setting", "setting_kind", "error_max", "rhs_calls", "time_scale", "seconds")
     for row in records(settings(timed[timed["status"].isin(SCORED)]), columns):
         error = math.inf if row["status"] == Status.DIVERGED else row["error_max"]
         relative = row["setting"] / (row["time_scale"] if row["setting_kind"] == "step" else 1.0)
         of = found.setdefault((row["case"], row["variant"], row["integrator_id"]), [])
         one = {"setting": row["setting"], "kind": row["setting_kind"], "relative": relative, "error": error}
-        of.append(one | {"calls": row["rhs_calls"] if row["rhs_calls"] > 0 else math.nan})
+        one |= {"calls": row["rhs_calls"] if row["rhs_calls"] > 0 else math.nan, "seconds": row["seconds"]}
+        of.append(one)
     return found
+
+
+def share_interval(count: int, of: int) -> tuple[float, float]:
+    """The 95 % interval of a share, by Wilson, Journal of the American Statistical Association 22, 209 (1927).
+
+    Examples
+    --------
+    >>> [round(end, 2) for end in share_interval(4, 4)]
+    [0.51, 1.0]
+    """
+    if of == 0:
+        return 0.0, 1.0
+    z = float(ndtri(1 - RATE / 2))
+    share, weight = count / of, z * z / of
+    middle, half = share + weight / 2, z * math.sqrt(share * (1 - share) / of + weight / (4 * of))
+    return max(0.0, (middle - half) / (1 + weight)), min(1.0, (middle + half) / (1 + weight))
+
+
+@cache
+def eccentricity(case: str, variant: str) -> float:
+    """The eccentricity of a case's orbit; nan for a motion that is not a Kepler orbit, and for a case that is not installed."""
+    if case not in registry.installed_names():
+        return math.nan
+    made = registry.get(case, variant or None)
+    # Other motions are integrated, and have no eccentricity: their derived quantities take seconds.
+    known = {} if isinstance(made, IntegratedCase) else made.quantities()
+    return float(known.get("eccentricity", math.nan))
+
+
+def parameter_name(integrator: str) -> str:
+    """The name of a setting with error control: rtol, or the library's own for a parameter that is not a tolerance."""
+    known = lookup.own().get(integrator)
+    return known.sweep.name if known is not None and isinstance(known.sweep, Tolerance) else "rtol"
 
 
 def kind_of(forms: Mapping[str, AbstractSet[str]]) -> dict[str, str]:
@@ -279,14 +420,17 @@ def kind_of(forms: Mapping[str, AbstractSet[str]]) -> dict[str, str]:
 
 
 def needs(
-    measured: Measurements, subjects: Sequence[Subject] | None = None, errors: Sequence[float] | None = None
+    measured: Measurements,
+    subjects: Sequence[Subject] | None = None,
+    errors: Sequence[float] | None = None,
+    margin: float = 1.0,
 ) -> list[Need]:
     """The needs with their answers, each at its own error, or at each of `errors`. By default the needs of the page.
 
-    One false discovery rate covers all claims that a method is better than a representative.
+    `margin`: the factor of reliable tolerances (see `Reliable`). One false discovery rate covers all claims that a method is better than a representative.
     """
     chosen = [one for one in SUBJECTS.values() if one.need] if subjects is None else subjects
-    made = [(one, error, _of(measured, one, error)) for one in chosen for error in errors or (one.error,)]
+    made = [(one, error, _of(measured, one, error, margin)) for one in chosen for error in errors or (one.error,)]
     claims = [claim for *_, answers in made for _, found in answers for claim in found]
     holds = {id(claim) for claim, held in zip(claims, discoveries([one.p for one in claims]), strict=True) if held}
     found = []
@@ -310,22 +454,22 @@ class _Claim:
     """The median over the systems of its time over the representative's."""
 
 
-def _of(measured: Measurements, subject: Subject, error: float) -> list[tuple[Answer, list[_Claim]]]:
+def _of(measured: Measurements, subject: Subject, error: float, margin: float) -> list[tuple[Answer, list[_Claim]]]:
     """The answer of each library, with the claims for its other methods."""
     problems = measured.subject_problems(subject)
     found = []
     for library, one in LIBRARIES.items():
         if one.suite is None or library in measured.libraries.values():
-            found.append(_library(measured, subject, problems, library, error))
+            found.append(_library(measured, subject, problems, library, error, margin))
     for name, library in measured.libraries.items():
         if library not in LIBRARIES and library != OURS:
-            answer = _answer(measured.systems(problems, name, error), library, YOURS, (name,))
+            answer = _answer(measured, measured.systems(problems, name, error), library, YOURS, (name,), error, margin)
             found.append((answer, []))
-    return [*found, _library(measured, subject, problems, OURS, error)]
+    return [*found, _library(measured, subject, problems, OURS, error, margin)]
 
 
 def _library(
-    measured: Measurements, subject: Subject, problems: Sequence[Problem], library: str, error: float
+    measured: Measurements, subject: Subject, problems: Sequence[Problem], library: str, error: float, margin: float
 ) -> tuple[Answer, list[_Claim]]:
     """The answer of a library by its representatives, and the claims of its other methods against these."""
     division = OWN if library == OURS else THIRD
@@ -343,29 +487,36 @@ def _library(
     systems = measured.systems(problems, methods, error)
     named = tuple(dict.fromkeys(methods[case] for case in systems)) or tuple(dict.fromkeys(methods.values()))
     why = "; ".join(filter(None, reasons)) if not methods else ""
-    answer = _answer(systems, library, division, named, why)
+    answer = _answer(measured, systems, library, division, named, error, margin, why)
     others = [name for name, of in measured.libraries.items() if of == library and name not in set(methods.values())]
-    claims = [_claim(measured, problems, name, systems, answer, error) for name in others]
+    claims = [_claim(measured, problems, name, systems, answer, error, margin) for name in others]
     return answer, [claim for claim in claims if claim is not None]
 
 
 def _answer(
-    systems: Mapping[str, _System], library: str, division: str, methods: tuple[str, ...], why: str = ""
+    measured: Measurements,
+    systems: Mapping[str, _System],
+    library: str,
+    division: str,
+    methods: tuple[str, ...],
+    error: float,
+    margin: float,
+    why: str = "",
 ) -> Answer:
     """The medians over the systems that are reached."""
     good = [one for one in systems.values() if one.reached]
-    few = len(good) < FEWEST
-    if not why and not systems:
-        why = "not run"
-    if not why and few:
-        count = str(len(good) or "none")
-        why = f"reaches the error on {count} of {counted(len(systems), 'system')}; a recommendation takes {FEWEST}"
-    elif not why and 2 * len(good) < len(systems):
-        why = f"reaches the error on {len(good)} of {len(systems)} systems, fewer than half"
-    answer = Answer(library, division, methods, why, len(systems), len(good))
+    rests_on = measured.span(good or systems.values())
+    why = why or ("" if systems else "not run")
+    answer = Answer(library, division, methods, why, len(systems), len(good), rests_on=rests_on)
     if not good:
-        return answer
-    each = sorted((one for system in good for one in system.at), key=lambda one: -one.setting.relative)
+        least = sorted(one.least for one in systems.values())
+        half = least[(len(least) - 1) // 2] if least else math.inf
+        return replace(answer, best_error=half) if math.isfinite(half) else answer
+    by_method: dict[str, list[_System]] = {}
+    for one in good:
+        by_method.setdefault(one.integrator, []).append(one)
+    ordered = sorted(by_method.values(), key=lambda of: -len(of))
+    each = sorted((one for system in ordered[0] for one in system.at), key=lambda one: -one.setting.relative)
     seconds = [system.seconds for system in good]
     return replace(
         answer,
@@ -376,8 +527,27 @@ def _answer(
         setting=each[len(each) // 2].setting,
         loosest=each[0].setting.relative,
         tightest=each[-1].setting.relative,
-        launches=min(len(one.times) for one in each),
+        reliable=tuple(_reliable(of, error, margin) for of in ordered),
+        launches=min(len(one.times) for system in good for one in system.at),
     )
+
+
+def _reliable(systems: Sequence[_System], error: float, margin: float) -> Reliable:
+    """The setting to rely on of one method, from the systems that it reaches."""
+    each = [one for system in systems for one in system.at]
+    needed = sorted(one.setting.relative for one in each)
+    wanted = needed[0] * (margin if each[0].setting.kind == Tolerance.kind else 1.0)
+    grid = sorted({one["relative"] for of in each for one in of.sweep})
+    first = max(bisect_right(grid, wanted * SAME) - 1, 0)
+    # Of settings that hold on as many systems, the one nearest to the margin.
+    chosen = max(
+        (value for value in grid[first:] if value <= needed[-1] * SAME),
+        key=lambda value: sum(system.held(value, error) for system in systems),
+    )
+    held = [system for system in systems if system.held(chosen, error)]
+    seconds = _median(system.seconds_at(chosen) for system in held)
+    one = each[0].setting
+    return Reliable(one.integrator, one.kind, chosen, len(held), len(systems), seconds, one.name)
 
 
 def _median(values: Iterable[float]) -> float:
@@ -393,8 +563,9 @@ def _claim(
     base: Mapping[str, _System],
     answer: Answer,
     error: float,
+    margin: float,
 ) -> _Claim | None:
-    """The claim of a method against the representatives; None if it was not tried on `FEWEST` of their systems.
+    """The claim of a method against the representatives; None if it was not tried on `PAIRED` of their systems.
 
     It is better if it reaches the error on more systems (sign test over the systems), or on no fewer ones and faster:
     the t test of the logarithms' differences, one a system, each the mean over common launches. Systems on which it is
@@ -402,11 +573,11 @@ def _claim(
     """
     systems = measured.systems(problems, name, error)
     both = [case for case in systems if case in base]
-    if len(both) < FEWEST:
+    if len(both) < PAIRED:
         return None
     more = [case for case in both if systems[case].reached and not base[case].reached]
     fewer = [case for case in both if base[case].reached and not systems[case].reached]
-    other = _answer(systems, answer.library, answer.division, (name,))
+    other = _answer(measured, systems, answer.library, answer.division, (name,), error, margin)
     differences = [
         value
         for case in both
@@ -416,7 +587,7 @@ def _claim(
     ]
     reach = signs(len(more), len(fewer)) if len(more) > len(fewer) else 1.0
     speed, ratio = 1.0, math.exp(-statistics.median(differences)) if differences else math.nan
-    if len(differences) >= FEWEST and len(more) >= len(fewer) and sum(differences) > 0:
+    if len(differences) >= PAIRED and len(more) >= len(fewer) and sum(differences) > 0:
         speed = paired(differences)
     gained = len(more) - len(fewer)
     how = f"reaches the error on {gained} more of {len(both)} systems" if reach <= speed else ""
@@ -452,7 +623,7 @@ def _costs(measured: Measurements, subject: Subject, problems: Sequence[Problem]
     for problem in sorted(problems, key=lambda one: (subject.decays["/".join(one)], one)):
         for name, library in measured.libraries.items():
             users = library not in LIBRARIES and library != OURS
-            if (name in STIFF or users) and measured.tried(problem, name):
+            if (name in lookup.STIFF or users) and measured.tried(problem, name):
                 at = measured.reached(problem, name, error)
                 cost = (math.nan, math.nan) if at is None else (at.seconds, at.evaluations)
                 rows.append(Cost(library, name, *problem, subject.decays["/".join(problem)], *cost))

@@ -16,8 +16,10 @@ from gnomon.harness.adapters.libraries import LIBRARIES
 from gnomon.harness.contract.declared import declared
 
 NAME = "recommendations.jsonl"
-MOST_BYTES = 200_000
+MOST_BYTES = 400_000
 """The largest size of the table."""
+SCHEMA = 2
+"""The form of the table, in its head: a table of another form has other fields, or fields of another meaning."""
 OURS = "gnomon"
 WORDS = {"jax": "diffrax", "cvode": "sksundae"}
 """Further words for libraries."""
@@ -51,8 +53,34 @@ def read() -> Table:
     """The table that comes with gnomon."""
     text = (files("gnomon.harness.results.advice") / NAME).read_text("utf-8")
     head, *parts = [json.loads(line) for line in text.splitlines()]
+    require_schema(head)
     lines = {row["method"]: row["lines"] for row in parts if "method" in row}
     return Table(head, lines, [row for row in parts if "subject" in row])
+
+
+def require_schema(head: Mapping[str, Any]) -> None:
+    """Raise ValueError for the head of a table of another form, whose fields would be misread."""
+    if head.get("schema") != SCHEMA:
+        raise ValueError(
+            f"{NAME}: schema {head.get('schema', 'not given')}, and this gnomon reads schema {SCHEMA}:"
+            " install gnomon again, or write the table anew from a results file by `make publication`"
+        )
+
+
+def outside_text(found: Mapping[str, Any] | None) -> str:
+    """What a trial on systems outside of the catalogue found, or that there was none."""
+    if found is None:
+        return "Outside of the catalogue these settings were not tried."
+    share, order = found["share"], found["order"]
+    return (
+        f"On {found['systems']} systems outside of the catalogue, drawn at random, the setting to rely on reached the error in"
+        f" {_percent(share)} of the trials, and of two libraries the one that is faster here was faster there in {_percent(order)}."
+    )
+
+
+def _percent(share: Mapping[str, Any]) -> str:
+    """A share with its 95 % interval."""
+    return f"{100 * share['share']:.0f} % ({100 * share['low']:.0f} to {100 * share['high']:.0f} %)"
 
 
 def subjects() -> dict[str, tuple[str, str]]:
