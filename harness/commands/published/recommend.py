@@ -97,18 +97,18 @@ def least_text(row: Mapping[str, Any]) -> str:
     """The error that a method reaches in place of the one that was asked for."""
     if "best_error" not in row:
         return "on half of them it gives no answer in time"
-    return f"it reaches an error of {row['best_error']:.2g} on half of them"
+    from gnomon.harness.results.number_text import error_text
+
+    return f"it reaches an error of {error_text(row['best_error'])} on half of them"
 
 
 def reliable_text(one: Mapping[str, Any]) -> str:
     """The setting of a method to rely on, the systems on which it holds, and its cost."""
     from gnomon.harness.results.number_text import counted, time_text
 
-    on = (
-        f"all {counted(one['of'], 'system')}"
-        if one["systems"] == one["of"]
-        else f"{one['systems']} of {one['of']} systems"
-    )
+    on = f"all {counted(one['of'], 'system')}"
+    if one["systems"] < one["of"]:
+        on = f"{one['systems']} of {one['of']} systems; on others it took too long, or round-off was above the error"
     cost = f", {time_text(one['seconds'])} a solve" if "seconds" in one else ""
     return f"{argument(one)}{_unit(one)} for {one['method']} (to rely on: measured to hold on {on}{cost})"
 
@@ -185,7 +185,7 @@ def margin_text(margin: float) -> str:
 
 def _print_lines(table: Table, row: Mapping[str, Any]) -> None:
     """The lines that run the method on equations like the reader's."""
-    one = row["setting"]
+    one = row["reliable"]
     code = table.lines.get(one["method"])
     if code is None:
         out.print(f"\n{one['method']} takes a scene in place of equations: see docs/engine.md", highlight=False)

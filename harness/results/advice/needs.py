@@ -393,7 +393,8 @@ def share_interval(count: int, of: int) -> tuple[float, float]:
     z = float(ndtri(1 - RATE / 2))
     share, weight = count / of, z * z / of
     middle, half = share + weight / 2, z * math.sqrt(share * (1 - share) / of + weight / (4 * of))
-    return max(0.0, (middle - half) / (1 + weight)), min(1.0, (middle + half) / (1 + weight))
+    low, high = (middle - half) / (1 + weight), (middle + half) / (1 + weight)
+    return low if count else 0.0, high if count < of else 1.0
 
 
 @cache
@@ -435,7 +436,13 @@ def needs(
     holds = {id(claim) for claim, held in zip(claims, discoveries([one.p for one in claims]), strict=True) if held}
     found = []
     for subject, error, answers in made:
-        kept = [_with_better(one, [claim for claim in of if id(claim) in holds], len(of) + 1) for one, of in answers]
+        kept = []
+        for one, of in answers:
+            best = _best([claim for claim in of if id(claim) in holds])
+            if best is not None:
+                better = _answer(measured, best.systems, one.library, one.division, (best.integrator,), error, margin)
+                one = replace(one, better=replace(better, among=len(of) + 1, how=best.how))
+            kept.append(one)
         problems = measured.subject_problems(subject)
         costs = _costs(measured, subject, problems, error)
         found.append(Need(subject, error, len({case for case, _ in problems}), kept, costs))
@@ -446,7 +453,9 @@ def needs(
 class _Claim:
     """The claim that a method is better than the representative, with its p value."""
 
-    answer: Answer
+    integrator: str
+    systems: Mapping[str, _System]
+    how: str
     p: float
     more: int
     """Systems that it reaches and the representative does not, less the reverse."""
@@ -489,7 +498,7 @@ def _library(
     why = "; ".join(filter(None, reasons)) if not methods else ""
     answer = _answer(measured, systems, library, division, named, error, margin, why)
     others = [name for name, of in measured.libraries.items() if of == library and name not in set(methods.values())]
-    claims = [_claim(measured, problems, name, systems, answer, error, margin) for name in others]
+    claims = [_claim(measured.systems(problems, name, error), name, systems) for name in others]
     return answer, [claim for claim in claims if claim is not None]
 
 
@@ -536,15 +545,17 @@ def _reliable(systems: Sequence[_System], error: float, margin: float) -> Reliab
     """The setting to rely on of one method, from the systems that it reaches."""
     each = [one for system in systems for one in system.at]
     needed = sorted(one.setting.relative for one in each)
-    wanted = needed[0] * (margin if each[0].setting.kind == Tolerance.kind else 1.0)
-    grid = sorted({one["relative"] for of in each for one in of.sweep})
+    wanted, grid = needed[0], needed
+    if each[0].setting.kind == Tolerance.kind:
+        wanted, grid = margin * needed[0], sorted({one["relative"] for of in each for one in of.sweep})
     first = max(bisect_right(grid, wanted * SAME) - 1, 0)
-    # Of settings that hold on as many systems, the one nearest to the margin.
-    chosen = max(
-        (value for value in grid[first:] if value <= needed[-1] * SAME),
-        key=lambda value: sum(system.held(value, error) for system in systems),
-    )
-    held = [system for system in systems if system.held(chosen, error)]
+    chosen, held = grid[first], list[_System]()
+    for value in grid[first:]:  # of settings that hold on as many systems, the one nearest to the margin
+        now = [system for system in systems if system.held(value, error)]
+        if len(now) > len(held):
+            chosen, held = value, now
+        if len(held) == len(systems) or value > needed[-1]:
+            break
     seconds = _median(system.seconds_at(chosen) for system in held)
     one = each[0].setting
     return Reliable(one.integrator, one.kind, chosen, len(held), len(systems), seconds, one.name)
@@ -556,28 +567,18 @@ def _median(values: Iterable[float]) -> float:
     return statistics.median(known) if known else math.nan
 
 
-def _claim(
-    measured: Measurements,
-    problems: Sequence[Problem],
-    name: str,
-    base: Mapping[str, _System],
-    answer: Answer,
-    error: float,
-    margin: float,
-) -> _Claim | None:
+def _claim(systems: Mapping[str, _System], name: str, base: Mapping[str, _System]) -> _Claim | None:
     """The claim of a method against the representatives; None if it was not tried on `PAIRED` of their systems.
 
     It is better if it reaches the error on more systems (sign test over the systems), or on no fewer ones and faster:
     the t test of the logarithms' differences, one a system, each the mean over common launches. Systems on which it is
     exact by construction show nothing about it.
     """
-    systems = measured.systems(problems, name, error)
     both = [case for case in systems if case in base]
     if len(both) < PAIRED:
         return None
     more = [case for case in both if systems[case].reached and not base[case].reached]
     fewer = [case for case in both if base[case].reached and not systems[case].reached]
-    other = _answer(measured, systems, answer.library, answer.division, (name,), error, margin)
     differences = [
         value
         for case in both
@@ -593,7 +594,7 @@ def _claim(
     how = f"reaches the error on {gained} more of {len(both)} systems" if reach <= speed else ""
     how = how or f"takes {ratio:.2g} of the time on {len(differences)} systems that both reach"
     # Either way of being better may hold by chance.
-    return _Claim(replace(other, how=how), min(1.0, 2 * min(reach, speed)), gained, ratio)
+    return _Claim(name, systems, how, min(1.0, 2 * min(reach, speed)), gained, ratio)
 
 
 def _faster(one: _System, base: _System) -> float:
@@ -606,13 +607,12 @@ def _faster(one: _System, base: _System) -> float:
     return statistics.fmean(found) if found else math.nan
 
 
-def _with_better(answer: Answer, held: Sequence[_Claim], among: int) -> Answer:
-    """The answer with the best of the methods that are separated from it: most systems, then the least time."""
-    good = [claim for claim in held if claim.answer.recommended]
-    if not good:
-        return answer
-    best = min(good, key=lambda claim: (-claim.more, math.inf if math.isnan(claim.ratio) else claim.ratio))
-    return replace(answer, better=replace(best.answer, among=among))
+def _best(held: Sequence[_Claim]) -> _Claim | None:
+    """The best of the methods that are separated from the representatives: most systems, then the least time."""
+    good = [claim for claim in held if any(one.reached for one in claim.systems.values())]
+    return min(
+        good, key=lambda claim: (-claim.more, math.inf if math.isnan(claim.ratio) else claim.ratio), default=None
+    )
 
 
 def _costs(measured: Measurements, subject: Subject, problems: Sequence[Problem], error: float) -> list[Cost]:

@@ -151,8 +151,8 @@ def test_what_reaches_no_system_says_which_error_half_of_them_reach() -> None:
 
 
 def stairs(case: str, first: float, name: str = "scipy:DOP853", **more: Any) -> list[Row]:
-    """Errors that fall tenfold from `first` with each of seven tolerances 1e-3 to 1e-9, which take 1, 2, 3, ... ms."""
-    return series(case, name, [first * 10.0**-k for k in range(7)], [1e-3 * (k + 1) for k in range(7)], **more)
+    """Errors that fall tenfold from below `first` with the tolerances 1e-3 to 1e-9, which take 1, 2, 3, ... ms."""
+    return series(case, name, [0.9 * first * 10.0**-k for k in range(7)], [1e-3 * (k + 1) for k in range(7)], **more)
 
 
 def test_the_reliable_setting_holds_on_all_systems_with_the_margin_and_has_its_cost() -> None:
@@ -165,7 +165,7 @@ def test_the_reliable_setting_holds_on_all_systems_with_the_margin_and_has_its_c
         assert (one.integrator, one.systems, one.of) == ("scipy:DOP853", 3, 3)
         assert one.seconds == pytest.approx(seconds)
         for row in rows:
-            assert row["error_max"] <= ERROR * (1 + 1e-9) or row["setting"] > one.relative * (1 + 1e-9)
+            assert row["error_max"] <= ERROR or row["setting"] > one.relative * (1 + 1e-9)
     assert plain.setting is not None
     assert plain.setting.value == pytest.approx(1e-6), "the median setting is looser"
     # No tolerance is tighter than the tightest one of the method.
