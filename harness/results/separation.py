@@ -22,7 +22,7 @@ import numpy as np
 from gnomon.harness.adapters.libraries import LIBRARIES
 from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.results.equal_error import geometric_mean
-from scipy.special import bdtr, digamma, polygamma, stdtr, stdtrit
+from scipy.special import bdtr, digamma, ndtri, polygamma, stdtr, stdtrit
 
 RATE = 0.05
 """The false discovery rate over the claims that are tested together; 1 - RATE is the coverage of intervals."""
@@ -338,6 +338,25 @@ def signs(first: int, second: int) -> float:
     Two-sided sign test (McNemar, exact).
     """
     return float(min(1.0, 2 * bdtr(min(first, second), first + second, 0.5))) if first + second else 1.0
+
+
+def wilson(part: float, count: int) -> tuple[float, float]:
+    """The 95 % interval of a probability of which a share was found in independent trials; (0, 1) without a trial.
+
+    Wilson, Journal of the American Statistical Association 22, 209 (1927).
+
+    Examples
+    --------
+    >>> [round(end, 2) for end in wilson(1.0, 4)]
+    [0.51, 1.0]
+    """
+    if not count:
+        return 0.0, 1.0
+    z = float(ndtri(1 - RATE / 2))
+    middle = (part + z * z / (2 * count)) / (1 + z * z / count)
+    half = z * math.sqrt(part * (1 - part) / count + (z / (2 * count)) ** 2) / (1 + z * z / count)
+    # Without round-off the ends are 0 and 1 for shares of 0 and 1.
+    return middle - half if part > 0 else 0.0, middle + half if part < 1 else 1.0
 
 
 def discoveries(p: Sequence[float] | Floats) -> np.ndarray:

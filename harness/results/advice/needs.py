@@ -29,10 +29,9 @@ from gnomon.harness.contract.status import SCORED, Status
 from gnomon.harness.registry import kinds, lookup, representatives
 from gnomon.harness.registry.families import exact_reason
 from gnomon.harness.results.analysis import NEVER_RAN, SERIES, records, settings
-from gnomon.harness.results.equal_error import credited, time_at
+from gnomon.harness.results.equal_error import credited, crossing
 from gnomon.harness.results.profiles import OURS
-from gnomon.harness.results.separation import RATE, discoveries, paired, signs
-from scipy.special import ndtri
+from gnomon.harness.results.separation import discoveries, paired, signs, wilson
 
 THIRD, OWN, YOURS = "third-party", "gnomon", "yours"
 """Divisions: libraries that gnomon drives, its own methods, and integrators that a user gave to the run."""
@@ -182,7 +181,7 @@ class Answer:
     @property
     def share(self) -> tuple[float, float]:
         """The 95 % interval of the share of systems that are reached."""
-        return share_interval(self.systems, self.tried)
+        return wilson(self.systems / max(self.tried, 1), self.tried)
 
 
 @dataclass(frozen=True)
@@ -281,6 +280,7 @@ class Measurements:
             (row["case"], row["variant"], row["integrator_id"], row["target"]): row for row in records(rows, columns)
         }
         self._sweeps = _sweeps(own)
+        self._held = {key: credited([one["error"] for one in sweep]) for key, sweep in self._sweeps.items()}
         facts = own.assign(spans=own["span"] / own["time_scale"]).groupby(["case", "variant"])
         self._facts = facts[["spans", "conditioning"]].first().to_dict("index")
 
@@ -306,12 +306,12 @@ class Measurements:
         if row is None:
             return None
         sweep = self._sweeps[(*problem, integrator)]
-        held = credited([one["error"] for one in sweep])
+        held = self._held[(*problem, integrator)]
         within = np.flatnonzero(held <= error)
         # Errors of later launches may be larger than those of the launch that `equal_error` takes.
         place = int(within[0]) if len(within) else int(np.argmin(held))
         calls = [one["calls"] for one in sweep]
-        evaluations = time_at([one["error"] for one in sweep], calls, error)[0] if min(calls) > 0 else math.nan
+        evaluations = crossing(held, calls, error)[0] if min(calls) > 0 else math.nan
         one = sweep[place]
         setting = Setting(
             integrator, *problem, one["kind"], one["setting"], one["relative"], one["error"], parameter_name(integrator)
@@ -324,8 +324,8 @@ class Measurements:
 
     def least(self, problem: Problem, integrator: str) -> float:
         """The least error that a series reaches; inf without an answer."""
-        sweep = self._sweeps.get((*problem, integrator), ())
-        return float(np.min(credited([one["error"] for one in sweep]), initial=math.inf))
+        held = self._held.get((*problem, integrator))
+        return math.inf if held is None else float(held.min())
 
     def span(self, systems: Iterable[_System]) -> Span | None:
         """What these systems are; None without one."""
@@ -378,23 +378,6 @@ def _sweeps(timed: pd.DataFrame) -> dict[tuple[str, ...], list[dict[str, Any]]]:
         one |= {"calls": row["rhs_calls"] if row["rhs_calls"] > 0 else math.nan, "seconds": row["seconds"]}
         of.append(one)
     return found
-
-
-def share_interval(count: int, of: int) -> tuple[float, float]:
-    """The 95 % interval of a share, by Wilson, Journal of the American Statistical Association 22, 209 (1927).
-
-    Examples
-    --------
-    >>> [round(end, 2) for end in share_interval(4, 4)]
-    [0.51, 1.0]
-    """
-    if of == 0:
-        return 0.0, 1.0
-    z = float(ndtri(1 - RATE / 2))
-    share, weight = count / of, z * z / of
-    middle, half = share + weight / 2, z * math.sqrt(share * (1 - share) / of + weight / (4 * of))
-    low, high = (middle - half) / (1 + weight), (middle + half) / (1 + weight)
-    return low if count else 0.0, high if count < of else 1.0
 
 
 @cache

@@ -20,9 +20,8 @@ from gnomon.harness.contract.status import SCORED, Status
 from gnomon.harness.registry import representatives
 from gnomon.harness.results import analysis, contenders, reading
 from gnomon.harness.results.advice.needs import SUBJECTS, UNKNOWN, Measurements, kind_of
-from gnomon.harness.results.separation import EQUAL_WITHIN, RATE, discoveries, paired
+from gnomon.harness.results.separation import EQUAL_WITHIN, discoveries, paired, wilson
 from gnomon.harness.results.summary import tidy
-from scipy.special import ndtri
 
 from gnomon import cases
 
@@ -189,14 +188,6 @@ def share(outcomes: Sequence[tuple[str, bool]]) -> dict[str, Any]:
     systems = len({system for system, _ in outcomes})
     low, high = wilson(held / of, systems)
     return {"held": held, "of": of, "systems": systems, "share": held / of, "low": low, "high": high}
-
-
-def wilson(part: float, count: int) -> tuple[float, float]:
-    """The 95 % interval of a probability of which a share was found in independent trials (Wilson, J. Am. Stat. Assoc. 22, 209, 1927)."""
-    z = float(ndtri(1 - RATE / 2))
-    middle = (part + z * z / (2 * count)) / (1 + z * z / count)
-    half = z * math.sqrt(part * (1 - part) / count + (z / (2 * count)) ** 2) / (1 + z * z / count)
-    return max(0.0, middle - half), min(1.0, middle + half)
 
 
 def published_order(measured: Measurements, errors: Sequence[float] = ERRORS) -> list[Pair]:

@@ -71,16 +71,19 @@ def outside_text(found: Mapping[str, Any] | None) -> str:
     """What a trial on systems outside of the catalogue found, or that there was none."""
     if found is None:
         return "Outside of the catalogue these settings were not tried."
-    share, order = found["share"], found["order"]
-    return (
-        f"On {found['systems']} systems outside of the catalogue, drawn at random, the setting to rely on reached the error in"
-        f" {_percent(share)} of the trials, and of two libraries the one that is faster here was faster there in {_percent(order)}."
+    reached, order = (_percent(found[name]) for name in ("share", "order"))
+    text = (
+        f"On systems outside of the catalogue, drawn at random, the setting to rely on reached the error in {reached}"
     )
+    return f"{text}; of two libraries the one that is faster here was faster there in {order}."
 
 
-def _percent(share: Mapping[str, Any]) -> str:
-    """A share with its 95 % interval."""
-    return f"{100 * share['share']:.0f} % ({100 * share['low']:.0f} to {100 * share['high']:.0f} %)"
+def _percent(share: Mapping[str, Any] | None) -> str:
+    """A share with its 95 % interval, and the number of systems that it rests on."""
+    if share is None or share["share"] is None:
+        return "no trial"
+    part, low, high = (f"{100 * share[name]:.0f}" for name in ("share", "low", "high"))
+    return f"{part} % of the trials ({low} to {high} %, on {share['systems']} systems)"
 
 
 def subjects() -> dict[str, tuple[str, str]]:

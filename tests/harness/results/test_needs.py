@@ -15,7 +15,6 @@ from gnomon.harness.results import analysis, rankings
 from gnomon.harness.results.advice import needs
 from gnomon.harness.results.advice.needs import SUBJECTS, Answer, Measurements
 from gnomon.harness.results.separation import UNMEASURED
-from scipy.stats import binomtest
 
 from gnomon import cases
 
@@ -120,16 +119,6 @@ def test_an_answer_is_the_one_that_other_code_finds_in_the_rows(seed: int) -> No
     assert found.setting is not None
     assert found.setting.case in median_cases
     assert found.setting.error <= ERROR
-
-
-@pytest.mark.parametrize(
-    ("count", "of", "low", "high"), [(4, 4, 0.510, 1.0), (0, 4, 0.0, 0.490), (9, 10, 0.596, 0.982)]
-)
-def test_a_share_has_the_interval_of_wilson(count: int, of: int, low: float, high: float) -> None:
-    """The numbers are of SciPy's own code, `binomtest(...).proportion_ci(method="wilson")`."""
-    assert needs.share_interval(count, of) == pytest.approx((low, high), abs=5e-4)
-    own = binomtest(count, of).proportion_ci(method="wilson")
-    assert needs.share_interval(count, of) == pytest.approx((own.low, own.high), rel=1e-9, abs=1e-12)
 
 
 def test_few_systems_are_answered_with_a_wide_interval() -> None:

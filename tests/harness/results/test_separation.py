@@ -19,6 +19,7 @@ from gnomon.harness.results.separation import (
     scatter_of,
     signs,
     states,
+    wilson,
 )
 from launches import KNOWN, SCATTER, World, page
 from scipy.stats import binomtest, false_discovery_control, ttest_1samp
@@ -210,3 +211,13 @@ def test_calls_that_go_through_python_have_a_scatter_of_their_own() -> None:
     native, binding = (found.of(Timed(name, {(1, 1): 1.0}).kind).variance for name in sizes)
     assert 6 < math.sqrt(binding / native) < 15
     assert len(found.table()) == 2
+
+
+@pytest.mark.parametrize(
+    ("count", "of", "low", "high"), [(4, 4, 0.510, 1.0), (0, 4, 0.0, 0.490), (9, 10, 0.596, 0.982)]
+)
+def test_a_share_has_the_interval_of_wilson(count: int, of: int, low: float, high: float) -> None:
+    """The numbers are of SciPy's own code too."""
+    assert wilson(count / of, of) == pytest.approx((low, high), abs=5e-4)
+    own = binomtest(count, of).proportion_ci(method="wilson")
+    assert wilson(count / of, of) == pytest.approx((own.low, own.high), rel=1e-9, abs=1e-12)
