@@ -238,7 +238,7 @@ def _vibrations(random: Random, number: int) -> Made:
         drawn_equations.stiff_springs,
         numbers,
         [*random.normal(0, 0.3, count), *[0.0] * count],
-        _between(random, 2, 8),
+        _between(random, 1.5, 5),
     )
 
 

@@ -468,9 +468,7 @@ def _library(
     methods, reasons = {}, {}
     for case in dict.fromkeys(case for case, _ in problems):
         kind = measured.kind[case]
-        stands = representatives.representative(library, subject.stands) if subject.stands else None
-        if stands is None and subject.stands != representatives.STIFF:
-            stands = representatives.representative(library, kind)
+        stands = representatives.standing(library, kind, subject.stands)
         if stands is not None:
             methods[case] = stands.integrator
         else:
