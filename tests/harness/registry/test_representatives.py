@@ -4,6 +4,7 @@ from collections import Counter
 from pathlib import Path
 
 import pytest
+from gnomon.cases.core.forms import Constrained
 from gnomon.harness.adapters.libraries import LIBRARIES
 from gnomon.harness.contract.declared import declared
 from gnomon.harness.registry import lookup, representatives
@@ -49,6 +50,16 @@ def test_every_representative_is_declared_and_takes_systems_of_its_kind(offered)
         assert any(issubclass(form, integrator.accepts) for types in forms for form in types), (kind, one.integrator)
         if kind == STIFF:
             assert one.integrator in lookup.STIFF
+
+
+def test_a_solver_of_differential_algebraic_equations_stands_for_constraints():
+    """Coordinates that are tied together are what such solvers are for; it stands on its own form alone."""
+    kind = "Constraints and their reactions"
+    standing = [one.integrator for (_, of), one in representatives.representatives().items() if of == kind]
+    solvers = [name for name in standing if lookup.own()[name].accepts == (Constrained,)]
+    assert solvers
+    smooth = [one.integrator for (_, of), one in representatives.representatives().items() if of != kind]
+    assert not {*solvers} & {*smooth}
 
 
 def test_quotes_and_sources_are_given():

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from gnomon.cases.core.forms import FirstOrder, SecondOrder
+from gnomon.cases.core.forms import FirstOrder, NBody, SecondOrder
 from gnomon.harness.contract.integrator import Refused, Steps
 from gnomon.harness.registry import lookup
 from gnomon.harness.running import own_functions
@@ -316,6 +316,23 @@ def raising(t: float, y: Any) -> Any:
     return y[1], -y[0]
 
 
+def test_the_epsilon_of_ias15_has_its_name_and_is_not_a_tolerance() -> None:
+    """Two bodies on circles about each other; the default is the library's own, at which the error is round-off."""
+    pytest.importorskip("rebound")
+    circles = NBody(lambda p: (0.75, 0.25), lambda s: (s[:6], s[6:]), lambda bodies: (*bodies[0], *bodies[1]))
+    start = [-0.25, 0.0, 0.0, 0.0, -0.25, 0.0, 0.75, 0.0, 0.0, 0.0, 0.75, 0.0]
+    given: dict[str, Any] = {"method": "rebound:IAS15", "t_eval": [2 * np.pi]}
+    default, own, loose = (
+        solve(circles, (0, 2 * np.pi), start, **given, **setting).y
+        for setting in ({}, {"epsilon": 1e-9}, {"epsilon": 1e-3})
+    )
+    assert np.array_equal(default, own)
+    assert not np.array_equal(loose, own)
+    assert np.max(np.abs(own[:, 0] - start)) < 1e-12
+    with pytest.raises(ValueError, match=r"rtol=1e-09: rebound:IAS15 has no such setting; give epsilon"):
+        solve(circles, (0, 2 * np.pi), start, **given, rtol=1e-9)
+
+
 @pytest.mark.filterwarnings("ignore:.*has no formulas")
 @pytest.mark.parametrize(
     ("changed", "says"),
@@ -334,6 +351,7 @@ def raising(t: float, y: Any) -> Any:
         ({"method": "RK4"}, "gnomon:RK4 takes fixed steps: give step"),
         ({"method": "RK4", "rtol": 1e-3}, "rtol=0.001: gnomon:RK4 has no such setting; give step"),
         ({"tolerance": 0.1}, "tolerance=0.1: .* write rtol"),
+        ({"epsilon": 1e-9}, "epsilon=1e-09: gnomon:DOP853 has no such setting; give rtol"),
         ({"method": "RK5"}, "no integrator is called 'RK5'"),
         ({"method": "DOP853"}, "gnomon:DOP853 or scipy:DOP853"),
         ({"method": "gnomon:RKMK 4"}, "needs equations as RigidBody"),
