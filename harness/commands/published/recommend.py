@@ -68,16 +68,18 @@ def described(row: Mapping[str, Any], title: str) -> Iterator[str]:
         yield f"\n{title}: nothing is recommended: {', '.join(row['methods'])} reaches the error on {share_text(row)}"
         yield f"    {least_text(row)}"
     else:
-        yield f"\n{title}: {', '.join(row['methods'])}, {reliable_text(row['reliable'])}"
-        for other in row["reliable"].get("others", ()):
-            yield f"    {reliable_text(other)}"
-        yield f"    {median_text(row)}"
-        yield f"    reaches the error on {share_text(row)}; {rests_text(row['rests_on'])}"
+        first = row["reliable"]
+        yield f"\n{title}: {', '.join(row['methods'])}, {argument(first)}{_unit(first)}{_of(row, first)}"
+        for one in (first, *first.get("others", ())):
+            yield f"    to rely on{_of(row, one)}: {reliable_text(one)}"
+        yield f"    often enough{_of(row, row['setting'])}: {median_text(row)}"
+        yield f"    reaches the error on {share_text(row)}"
+        yield f"    {rests_text(row['rests_on'])}"
     if "better" in row:
         better = row["better"]
         yield (
             f"    the best of its {better['among']} methods, found after the run: {', '.join(better['methods'])},"
-            f" {reliable_text(better['reliable'])}; {better['how']}"
+            f" {better['how']}; to rely on: {reliable_text(better['reliable'])}"
         )
 
 
@@ -106,30 +108,31 @@ def reliable_text(one: Mapping[str, Any]) -> str:
     """The setting of a method to rely on, the systems on which it holds, and its cost."""
     from gnomon.harness.results.number_text import counted, time_text
 
-    on = f"all {counted(one['of'], 'system')}"
+    on = f"on {'all ' if one['of'] > 1 else ''}{counted(one['of'], 'system')}"
     if one["systems"] < one["of"]:
-        on = f"{one['systems']} of {one['of']} systems; on others it took too long, or round-off was above the error"
+        on = f"on {one['systems']} of {one['of']} systems (on the others it took too long, or round-off is above the error)"
     cost = f", {time_text(one['seconds'])} a solve" if "seconds" in one else ""
-    return f"{argument(one)}{_unit(one)} for {one['method']} (to rely on: measured to hold on {on}{cost})"
+    return f"{argument(one)}{_unit(one)}, which was measured to hold {on}{cost}"
 
 
 def median_text(row: Mapping[str, Any]) -> str:
     """The setting that is enough on half of the problems, with its cost."""
     one = row["setting"]
-    return f"often enough: {argument(one)}{_unit(one)}, as on {one['problem']}, the median problem; {cost_text(row)}"
+    return f"{argument(one)}{_unit(one)}, {cost_text(row)}; the median problem is {one['problem']}"
 
 
 def rests_text(one: Mapping[str, Any]) -> str:
     """The systems that an answer rests on, outside of which its settings were not tried."""
     low, high = (f"{end:.3g}" for end in one["spans"])
-    spans = f"spans of {low} to {high} time scales" if low != high else f"a span of {low} time scales"
-    orbits = f", eccentricities up to {one['eccentricity']:.3g}" if "eccentricity" in one else ""
-    moved = (
-        f", and numbers whose last digit moves the motion by up to {one['conditioning']:.1g}"
-        if "conditioning" in one
-        else ""
-    )
-    return f"tried on {spans}{orbits}{moved}: not beyond"
+    found = [f"spans of {low} to {high} time scales" if low != high else f"a span of {low} time scales"]
+    found += [f"eccentricities up to {one['eccentricity']:.3g}"] if "eccentricity" in one else []
+    found += [f"a conditioning up to {one['conditioning']:.1g}"] if "conditioning" in one else []
+    return f"tried on {', '.join(found)}; not beyond"
+
+
+def _of(row: Mapping[str, Any], setting: Mapping[str, Any]) -> str:
+    """The method of a setting, if there are several."""
+    return f" for {setting['method']}" if len(row["methods"]) > 1 else ""
 
 
 def _unit(setting: Mapping[str, Any]) -> str:
