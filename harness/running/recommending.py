@@ -1,4 +1,4 @@
-"""Writes the table of `gnomon recommend` from a run: the answers of `needs` at every error, with the lines that run them.
+"""Writes the table of `gnomon recommend` from a run: the answers of `needs` at every error, with the forms of the methods.
 
 What the trial outside of the catalogue found stands in the head: its margin is the factor of the reliable tolerances.
 """
@@ -28,12 +28,10 @@ from gnomon.harness.results.advice.recommendations import MOST_BYTES, SCHEMA
 from gnomon.harness.results.equal_error import TARGETS
 from gnomon.harness.results.outstanding import outstanding
 from gnomon.harness.running import rounds
-from gnomon.harness.running.own_equations import lines
+from gnomon.harness.running.own_equations import form_names
 from gnomon.reference.storage import diskcache
 
 FIGURES = 3
-PLACE = "{setting}"
-"""Stands in the lines for the setting."""
 
 
 class Run(Protocol):
@@ -69,7 +67,7 @@ def write_table(run: Run, to: Path, outside: Path | None = None) -> Path:
     ]
     named = dict.fromkeys(name for row in rows for name in (*row["methods"], *row.get("better", {}).get("methods", ())))
     known = lookup.own()
-    parts = [{"method": name, "lines": lines(known[name], PLACE)} for name in named]
+    parts = [{"method": name, "forms": form_names(known[name])} for name in named]
     launches = min((row["launches"] for row in rows if row["systems"]), default=0)
     head = {"schema": SCHEMA} | _head(run) | {"launches": launches, "margin": margin, "outside": tried}
     text = "".join(json.dumps(part, ensure_ascii=False, separators=(",", ":")) + "\n" for part in (head, *parts, *rows))

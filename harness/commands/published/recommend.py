@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+from gnomon.harness.commands import options
 from gnomon.harness.commands.options import out
+from gnomon.harness.results.advice.code_lines import argument, code_for
 from rich.markup import escape
 
 if TYPE_CHECKING:
@@ -15,16 +18,33 @@ if TYPE_CHECKING:
 
 
 def recommend(
-    subject: Annotated[
-        str | None,
-        typer.Argument(help="A need or a kind of system, as stiff or gravitation; without one they are listed."),
+    words: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="[SUBJECT]",
+            help="A need or a kind of system, as stiff or gravitation, or words for one, as double pendulum; without one"
+            " they are listed, or with --equations one is found.",
+        ),
     ] = None,
     error: Annotated[float | None, typer.Option("--error", help="The largest error wanted, as 1e-6.")] = None,
     library: Annotated[
         list[str] | None, typer.Option("--library", help="Only this library, as scipy; repeatable.")
     ] = None,
+    equations: options.Equations = None,
+    span: options.Span = None,
+    start: options.Start = None,
+    numbers: options.Numbers = None,
+    event: options.Events = None,
+    accelerations: options.Accelerations = False,
+    out_path: Annotated[
+        Path | None,
+        options.path_option("With --equations, keep the measurements: a folder or a file.sqlite.", "--out"),
+    ] = None,
 ) -> None:
     """Recommend a method of each library, with its setting, its cost and the lines that run it.
+
+    With --equations the methods are measured on your own equations, and the published advice is compared with the
+    result; exit code 1 if no method reaches the error.
 
     Each library answers with the method that its own manual names, chosen before the measurements, with the share of
     the systems on which it reaches the error.
@@ -33,7 +53,18 @@ def recommend(
     from gnomon.harness.adapters import libraries
     from gnomon.harness.results.advice import recommendations
 
-    if subject is None:
+    subject = " ".join(words or ())
+    if equations is not None:
+        from gnomon.harness.commands.published.recommend_own import Request, recommend_own
+
+        stated = equations, (span, start, numbers), event, accelerations
+        recommend_own(Request(subject, error, library or (), *stated, out_path))
+        return
+    _refuse_without_equations(
+        {"--span": span, "--start": start, "--parameters": numbers, "--event": event, "--accelerations": accelerations}
+        | {"--out": out_path}
+    )
+    if not subject:
         for key, (title, about) in recommendations.subjects().items():
             out.print(f"{key:12} {title}: {about}", highlight=False, markup=False)
         out.print("Next: gnomon recommend stiff --error 1e-6 --library scipy", highlight=False)
@@ -51,7 +82,7 @@ def recommend(
     out.print(f"\n{measured_by(table)}", highlight=False, markup=False)
     named = [row for row in found.rows if row["systems"]]
     if len(named) == 1:
-        _print_lines(table, named[0])
+        _print_lines(table, found.subject, named[0])
     elif named:
         out.print(
             f"Lines of code: gnomon recommend {found.subject} --error {found.error:g} --library {named[0]['library']}",
@@ -139,15 +170,6 @@ def _unit(setting: Mapping[str, Any]) -> str:
     return " of the time in which the motion changes" if setting["kind"] == "step" else ""
 
 
-def argument(setting: Mapping[str, Any]) -> str:
-    """The argument of `gnomon.solve` for a setting."""
-    return (
-        f"step={setting['relative']:g}"
-        if setting["kind"] == "step"
-        else f"{setting.get('name', 'rtol')}={setting['value']:g}"
-    )
-
-
 def cost_text(row: Mapping[str, Any]) -> str:
     """The time of a solve with its range, and the evaluations of the equations."""
     from gnomon.harness.results.number_text import grouped, time_text
@@ -186,11 +208,19 @@ def margin_text(margin: float) -> str:
     )
 
 
-def _print_lines(table: Table, row: Mapping[str, Any]) -> None:
-    """The lines that run the method on equations like the reader's."""
-    one = row["reliable"]
-    code = table.lines.get(one["method"])
-    if code is None:
-        out.print(f"\n{one['method']} takes a scene in place of equations: see docs/engine.md", highlight=False)
+def _refuse_without_equations(given: Mapping[str, Any]) -> None:
+    """Raise ValueError for an option that belongs to --equations."""
+    for option, value in given.items():
+        if value:
+            raise ValueError(f"{option} belongs to own equations: give --equations mine.py:f too")
+
+
+def _print_lines(table: Table, subject: str, row: Mapping[str, Any]) -> None:
+    """The lines that run the method on a system of the subject, with the reliable setting."""
+    setting = row["reliable"]
+    method = setting["method"]
+    lines = code_for(table.forms[method], method, subject, setting)
+    if lines is None:
+        out.print(f"\n{method} takes a scene in place of equations: see docs/engine.md", highlight=False)
         return
-    out.print(f"\n{code.replace('{setting}', argument(one))}", highlight=False, markup=False)
+    out.print(f"\n{lines.rstrip()}", highlight=False, markup=False)

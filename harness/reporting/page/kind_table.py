@@ -11,12 +11,13 @@ from typing import Any
 from gnomon.harness.registry import lookup
 from gnomon.harness.reporting.page.representing import Representatives, Stand, label
 from gnomon.harness.results import profiles
-from gnomon.harness.results.advice.needs import Measurements, Setting
+from gnomon.harness.results.advice.code_lines import argument, choose_system, code_of, time_scale
+from gnomon.harness.results.advice.needs import SUBJECTS, Measurements, Setting
 from gnomon.harness.results.analysis import own, records
 from gnomon.harness.results.contenders import OWN, THIRD
 from gnomon.harness.results.equal_error import TARGETS
 from gnomon.harness.results.number_text import counted, join_words, power_text, ratio_text, short_text
-from gnomon.harness.running.own_equations import lines
+from gnomon.harness.running.own_equations import form_names
 from markupsafe import Markup, escape
 
 CLOCKS = {"seconds": "whole call", "more_seconds": "one more period"}
@@ -27,8 +28,6 @@ AT = 1e-6
 """The error that the page shows first."""
 HALF = 0.5
 """Least share of the systems that a library reaches for being named before those that are faster on fewer."""
-PLACE = "{setting}"
-"""Stands in the lines of a method for its setting."""
 
 
 @dataclass(frozen=True)
@@ -37,6 +36,8 @@ class Entry:
 
     stand: Stand
     method: str
+    system: str | None
+    """The name of the system of `systems.toml` that its lines of code run; None for an engine."""
     factor: profiles.Median | None
     """Of its time over the least, on the systems that it reaches; None if it reaches none."""
     reached: int
@@ -121,6 +122,7 @@ class KindTable:
         return Entry(
             stand,
             method,
+            _system(kind, method),
             profiles.median(factors) if factors else None,
             len(times),
             len(cases),
@@ -128,6 +130,13 @@ class KindTable:
             settings[len(settings) // 2] if settings else None,
             (settings[0].relative, settings[-1].relative) if settings else (math.nan, math.nan),
         )
+
+
+def _system(kind: str, method: str) -> str | None:
+    """The system of a kind that the lines of a method run."""
+    known = lookup.everything().get(method)
+    subject = next((key for key, one in SUBJECTS.items() if one.kinds == (kind,)), None)
+    return None if known is None else choose_system(form_names(known), subject)
 
 
 def order(entries: Sequence[Entry]) -> list[Entry]:
@@ -154,7 +163,7 @@ def kind_table(found: Representatives, measured: Measurements, limits: str) -> d
     shown: dict[str, Markup] = {}
     said: dict[str, Markup] = {}
     orders: dict[str, list[str]] = {}
-    methods: dict[str, None] = {}
+    systems: set[str] = set()
     for clock in table.clocks:
         for group in table.groups:
             for error in TARGETS:
@@ -165,10 +174,8 @@ def kind_table(found: Representatives, measured: Measurements, limits: str) -> d
                     ordered = order(entries)
                     place = f"{key}/{kind}"
                     orders[place] = [one.stand.name for one in ordered]
-                    methods |= dict.fromkeys(one.method for one in ordered)
+                    systems |= {one.system for one in ordered if one.system is not None}
                     said |= {f"{place}/{one.stand.name}": sentence(one, error, clock, group) for one in ordered}
-    known = lookup.everything()
-    code = {name: lines(known[name], PLACE) for name in methods if name in known}
     first = f"{table.clocks[0]}/{table.groups[0]}/{power_text(AT)}"
     opening = next((kind for kind in table.kinds if orders[f"{first}/{kind}"]), next(iter(table.kinds)))
     best = orders[f"{first}/{opening}"]
@@ -188,7 +195,7 @@ def kind_table(found: Representatives, measured: Measurements, limits: str) -> d
             # Sentences on one library and kind beside each other repeat their numbers, and take fewer bytes.
             "said": {key: str(said[key]) for key in sorted(said, key=lambda key: key.split("/", 3)[::-1])},
             "orders": orders,
-            "lines": {name: text for name, text in code.items() if text is not None},
+            "lines": {name: code_of(name) for name in sorted(systems)},
             "nobody": str(nobody(limits)),
         },
     }
@@ -218,13 +225,11 @@ def sentence(one: Entry, error: float, clock: str, group: str) -> Markup:
         one.reached,
         counted(one.systems, "system"),
     )
-    if one.setting is None:
+    if one.setting is None or one.system is None:
         return text
-    value = (
-        f"step={one.setting.relative:g}" if one.setting.kind == "step" else f"{one.setting.name}={one.setting.value:g}"
-    )
-    code = Markup('<details><summary>Lines of code</summary><pre data-lines="{}">{}</pre></details>')
-    return text + code.format(one.method, value)
+    value = argument(vars(one.setting), time_scale(one.system))
+    code = Markup('<details><summary>Lines of code</summary><pre data-lines="{}" data-method="{}">{}</pre></details>')
+    return text + code.format(one.system, one.method, value)
 
 
 def _factor(one: Entry) -> str:

@@ -35,7 +35,11 @@ def _card(need: Need, present: Set[str]) -> dict[str, Any]:
     ]
     methods = dict.fromkeys(name for one in need.answers if one.recommended for name in one.methods)
     known = lookup.everything()
-    code = {label(name): text for name in methods if name in known and (text := lines(known[name])) is not None}
+    code = {
+        label(name): text
+        for name in methods
+        if name in known and (text := lines(known[name], subject=need.subject.key)) is not None
+    }
     return {
         "key": need.subject.key,
         "title": need.subject.title,

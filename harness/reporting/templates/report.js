@@ -116,7 +116,7 @@
     byRole("shown-error").textContent = byRole("error").value;
     const code = byRole("answer").querySelector("pre");
     const lines = data.kinds.lines[code?.dataset.lines];
-    if (lines) code.textContent = lines.replace("{setting}", code.textContent);
+    if (lines) code.textContent = lines.replace("{method}", code.dataset.method).replace("{setting}", code.textContent);
   }
 
   // Parts of the page are drawn when a reader comes to them: scrolls near, opens, searches, follows a link, or prints.

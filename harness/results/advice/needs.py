@@ -65,6 +65,8 @@ class Subject:
     """Further problems, beside the default variants of the cases of `kinds`."""
     decays: Mapping[str, float] = field(default_factory=dict)
     """The number of decays by problem, if this is what makes it hard."""
+    words: Sequence[str] = ()
+    """Further names of the subject."""
 
     def of(self, case: str, variant: str, kind: str) -> bool:
         """Whether a problem counts."""

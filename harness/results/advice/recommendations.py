@@ -1,12 +1,14 @@
 """Reads the table of recommendations, `recommendations.jsonl`, which publication writes into the package. Without pandas.
 
-Its first line says whose measurements these are: revision, machine, date. The next lines hold the code that runs each
-method; each further line is an answer of `needs`: a subject, an error, a library.
+Its first line says whose measurements these are: revision, machine, date. The next lines hold the forms of equations that
+each method accepts; each further line is an answer of `needs`: a subject, an error, a library.
 """
 
 import json
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from difflib import get_close_matches
 from functools import cache
 from importlib.resources import files
 from typing import Any
@@ -23,17 +25,19 @@ SCHEMA = 2
 OURS = "gnomon"
 WORDS = {"jax": "diffrax", "cvode": "sksundae"}
 """Further words for libraries."""
+CLOSE = 0.7
+"""The least likeness of a name that is suggested in place of an unknown one, as `difflib` computes it."""
 ENGINES = ("engine", "engines")
 """Words for all physics engines."""
 
 
 @dataclass(frozen=True)
 class Table:
-    """The table: its head, the code lines by method, and its answers."""
+    """The table: its head, the forms that each method accepts, and its answers."""
 
     head: Mapping[str, Any]
-    lines: Mapping[str, str]
-    """By id, with {setting} in the place of the setting."""
+    forms: Mapping[str, Sequence[str]]
+    """By id; none for an engine."""
     rows: Sequence[Mapping[str, Any]]
 
 
@@ -54,8 +58,8 @@ def read() -> Table:
     text = (files("gnomon.harness.results.advice") / NAME).read_text("utf-8")
     head, *parts = [json.loads(line) for line in text.splitlines()]
     require_schema(head)
-    lines = {row["method"]: row["lines"] for row in parts if "method" in row}
-    return Table(head, lines, [row for row in parts if "subject" in row])
+    forms = {row["method"]: row["forms"] for row in parts if "method" in row}
+    return Table(head, forms, [row for row in parts if "subject" in row])
 
 
 def require_schema(head: Mapping[str, Any]) -> None:
@@ -91,16 +95,34 @@ def subjects() -> dict[str, tuple[str, str]]:
     return {key: (row["title"], row["about"]) for key, row in declared("results", "advice/needs.toml").items()}
 
 
-def subject(word: str) -> str:
-    """The key of a subject by its key, its title or the kind of system that it stands for; ValueError for others."""
+def subject(phrase: str) -> str:
+    """The key of a subject by its key, its title, the kind of system that it stands for, or one of its words.
+
+    Of a longer phrase the name with most words counts, as "double pendulum" in "a driven double pendulum". Raises
+    ValueError, with the subjects, for other phrases, and if such names lead to several subjects.
+    """
     table = declared("results", "advice/needs.toml")
     known: dict[str, str] = {}
     for key, row in table.items():
-        known |= {name.lower(): key for name in row.get("kinds", ()) if name not in ("smooth", "events")}
-        known |= {row["title"].lower(): key, key: key}
-    if word.lower() not in known:
-        raise ValueError(f"no need or kind of system is called {word!r}; {nearest(word.lower(), known)}")
-    return known[word.lower()]
+        kinds = [name for name in row.get("kinds", ()) if name not in ("smooth", "events")]
+        known |= dict.fromkeys([*kinds, *row.get("words", ()), row["title"], key], key)
+    wanted = _plain(phrase)
+    held = [name for name in known if f" {_plain(name)} " in f" {wanted} "]
+    longest = max((len(_plain(name).split()) for name in held), default=0)
+    found = {known[name]: name for name in held if len(_plain(name).split()) == longest}
+    if len(found) == 1:
+        return next(iter(found))
+    if found:
+        leads = " and ".join(f"{name!r} to {key}" for key, name in found.items())
+        raise ValueError(f"{phrase!r} leads to several subjects, {leads}; name one")
+    close = get_close_matches(phrase.lower(), known, cutoff=CLOSE)
+    hint = f" (did you mean {' or '.join(close)}?)" if close else ""
+    raise ValueError(f"no subject is called {phrase!r}{hint}; the subjects are {', '.join(table)}")
+
+
+def _plain(phrase: str) -> str:
+    """A phrase in small letters, its words in the singular with a blank between them."""
+    return " ".join(word.removesuffix("s") for word in re.split(r"[^a-z0-9]+", phrase.lower()) if word)
 
 
 def library(word: str) -> str:

@@ -21,12 +21,14 @@ from gnomon.harness.registry import lookup, representatives
 from gnomon.harness.reporting.report_run import Run
 from gnomon.harness.results import store
 from gnomon.harness.results.advice import needs, recommendations
+from gnomon.harness.results.advice.code_lines import argument, choose_system
 from gnomon.harness.results.equal_error import TARGETS
 from gnomon.harness.results.outstanding import outstanding
 from gnomon.harness.results.separation import wilson
 from gnomon.harness.running import rounds
 from gnomon.harness.running.recommending import write_table
 from on_cases import solved
+from own_motions import error_of
 
 from gnomon import cases
 
@@ -145,14 +147,10 @@ def test_what_is_recommended_for_a_library_is_its_representative() -> None:
     assert {(row["library"], name) for row in TABLE.rows for name in row["methods"]} <= chosen
 
 
-def test_lines_are_given_and_are_python() -> None:
-    for row in RECOMMENDED:
-        code = TABLE.lines[row["setting"]["method"]]
-        if code is None:
-            assert lookup.own()[row["setting"]["method"]].accepts == (SceneForm,)
-        else:
-            assert code.count("{setting}") == 1
-            compile(code.replace("{setting}", "rtol=1e-9"), "lines", "exec")
+def test_only_engines_have_no_forms_of_equations() -> None:
+    for name, forms in TABLE.forms.items():
+        assert (not forms) == (lookup.own()[name].accepts == (SceneForm,))
+        assert all(choose_system(forms, key) is not None for key in needs.SUBJECTS) == bool(forms)
 
 
 @pytest.fixture(scope="module")
@@ -244,7 +242,8 @@ def test_each_library_is_named_once_and_gnomon_last(capfd: pytest.CaptureFixture
 def test_one_library_has_its_lines_with_the_setting(capfd: pytest.CaptureFixture[str]) -> None:
     (row,) = recommendations.find("accurate", 1e-6, ["scipy"]).rows
     text = told(capfd, "accurate", "--error", "1e-6", "--library", "SciPy")
-    assert f'"{row["methods"][0]}", t_eval=times, rtol={row["reliable"]["value"]:g})' in text
+    setting = row["reliable"]
+    assert f'"{setting["method"]}", t_eval=times, {argument(setting)})' in text
 
 
 def test_a_tighter_error_of_the_table_answers_and_never_a_looser_one() -> None:
@@ -256,7 +255,10 @@ def test_a_tighter_error_of_the_table_answers_and_never_a_looser_one() -> None:
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["stif"], "'stif'; did you mean stiff"),
+        (["stif"], "'stif' (did you mean stiff?)"),
+        (["vector calculus"], "no subject is called 'vector calculus'; the subjects are stiff, vibration, long,"),
+        (["dry friction", "stiff spring"], "'stiff spring' to vibration and 'dry friction' to events; name one"),
+        (["stiff", "--span", "0,1"], "--span belongs to own equations: give --equations mine.py:f too"),
         (["events", "--library", "pybulet"], "'pybulet'; did you mean pybullet"),
         (["events", "--error", "1e-15"], "--error 1e-15: errors were measured down to 1e-12"),
         (["events", "--error", "0"], "--error 0: give a positive number"),
@@ -268,9 +270,45 @@ def test_what_it_does_not_know_is_refused_with_the_way_out(
     assert said in " ".join(told(capfd, *words, code=2).split())
 
 
-@pytest.mark.parametrize("word", ["gravitation", "Gravitation", "bodies under gravitation"])
-def test_a_subject_is_found_by_its_key_its_title_and_its_kind(word: str) -> None:
-    assert recommendations.subject(word) == "gravitation"
+@pytest.mark.parametrize(
+    "phrase",
+    [
+        "gravitation",
+        "Gravitation",
+        "bodies under gravitation",
+        "satellite",
+        "a satellite of Jupiter",
+        "planets",
+        "N-body",
+    ],
+)
+def test_a_subject_is_found_by_its_names_and_by_words_of_its_systems(phrase: str) -> None:
+    assert recommendations.subject(phrase) == "gravitation"
+
+
+@pytest.mark.parametrize(
+    ("phrase", "key"),
+    [
+        ("stiff chain", "stiff"),
+        ("stiff spring", "vibration"),
+        ("driven double pendulum", "drag"),
+        ("satellite attitude", "rigid"),
+    ],
+)
+def test_of_a_phrase_the_longest_name_counts(phrase: str, key: str) -> None:
+    """A word of its own would lead elsewhere: a stiff spring does not decay, an attitude is no orbit."""
+    assert recommendations.subject(phrase) == key
+
+
+def test_a_word_belongs_to_one_subject_and_names_no_other_one() -> None:
+    words = [(word, key) for key, one in needs.SUBJECTS.items() for word in one.words]
+    assert len(words) >= 5 * len(needs.SUBJECTS)
+    for word, key in words:
+        assert recommendations.subject(word) == key, word
+
+
+def test_several_words_need_no_quotation_marks(capfd: pytest.CaptureFixture[str]) -> None:
+    assert told(capfd, "double", "pendulum") == told(capfd, "double pendulum")
 
 
 def test_it_answers_in_the_base_installation_with_little_work() -> None:
@@ -317,15 +355,24 @@ def test_a_recommendation_keeps_its_promise(setting: Mapping[str, Any], error: f
     assert solved(method, case, tolerance=setting["value"], steps=steps).error <= error
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("row", RECOMMENDED[::7], ids=lambda row: f"{row['library']} {row['subject']} {row['error']:g}")
-def test_the_lines_run_with_the_recommended_setting(row: Mapping[str, Any], tmp_path: Path) -> None:
-    one = row["reliable"]
-    code, method = TABLE.lines[one["method"]], lookup.own()[one["method"]]
-    if code is None or lookup.missing(method) is not None:
-        pytest.skip("an engine, or not installed")
-    (tmp_path / "lines.py").write_text(code.replace("{setting}", argument(one)))
-    assert runpy.run_path(str(tmp_path / "lines.py"))["found"].success
+@pytest.mark.parametrize("subject", needs.SUBJECTS)
+def test_the_printed_lines_of_a_subject_reach_its_error(
+    subject: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """They run as they stand, on a system of the subject, whose motion is computed apart from them."""
+    error, tried = needs.SUBJECTS[subject].error, 0
+    for row in recommendations.find(subject).rows:
+        method = row["setting"]["method"] if "setting" in row else None
+        if row["why"] or method is None or not TABLE.forms[method] or lookup.missing(lookup.own()[method]) is not None:
+            continue
+        text = told(capfd, subject, "--library", row["library"])
+        (tmp_path / "lines.py").write_text(text[text.index("\n\n", text.index("Measured by")) :])
+        states = runpy.run_path(str(tmp_path / "lines.py"))["found"].y.T
+        system = choose_system(TABLE.forms[method], subject)
+        assert system is not None
+        assert error_of(system, states) <= error, method
+        tried += 1
+    assert tried, "no library that is installed has lines for this subject"
 
 
 def test_engine_names_all_physics_engines() -> None:
