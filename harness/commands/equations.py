@@ -17,6 +17,7 @@ from rich.markup import escape
 if TYPE_CHECKING:
     from gnomon.cases import Case
     from gnomon.harness.contract.integrator import Integrator
+    from gnomon.harness.own_systems.own_system import OwnSystem
     from gnomon.harness.running.plan import Suite
 
 NEAREST = (1e-3, 1e-6, 1e-9, 1e-12)
@@ -38,31 +39,47 @@ def read_problem(
     integrators: Sequence[Integrator],
     out_path: Path,
 ) -> tuple[list[tuple[Case, str]], Suite, list[Integrator]]:
-    """The equations at a place with their reference, as a case with its label; the suite and the integrators for them.
+    """The equations at a place as a case with its label, as `read_system` reads them; the suite and the integrators for them."""
+    system, label = read_system(place, given, events, accelerations, out_path)
+    # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
+    from gnomon.cases.core.scene import SceneForm
+
+    return [(system, label)], once(suite), [one for one in integrators if one.accepts != (SceneForm,)]
+
+
+def once(suite: Suite) -> Suite:
+    """A suite for equations: each series is launched once."""
+    return replace(suite, name="equations", launches=1, timing_spans=False, first_use=False)
+
+
+def read_system(
+    place: str,
+    given: tuple[str | None, str | None, str | None],
+    events: Sequence[str] | None,
+    accelerations: bool,
+    out_path: Path,
+) -> tuple[OwnSystem, str]:
+    """The equations at a place with their reference, and their label in results.
 
     `given`: the texts of --span, --start and --parameters. Raises ValueError that names the option.
     """
-    # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
-    from gnomon.cases.core.scene import SceneForm
-    from gnomon.harness.own_systems.own_system import make_system
-    from gnomon.harness.running.own_functions import Arguments
-    from gnomon.harness.running.pieces import Stated
-
     span, start, numbers = given
     if span is None or start is None:
         raise ValueError(f"--equations {place}: give --span, as 0,10, and --start, as 2,0,0,0")
     times = _numbers(span, "--span")
     if len(times) != 2:
         raise ValueError(f"--span {span}: give the first and the last time, as 0,10")
+    begin, further = _numbers(start, "--start"), _numbers(numbers, "--parameters") if numbers else []
     fun, module = _load(place), place.rpartition(":")[0]
     located = [_load(name if ":" in name else f"{module}:{name}") for name in events or ()]
-    arguments = Arguments(tuple(_numbers(numbers, "--parameters") if numbers else ()))
-    begin = _numbers(start, "--start")
     ensure_results(out_path)  # before the reference, which takes seconds
-    system = make_system(Stated(fun, arguments, located, accelerations), times, begin, told=_tell)
-    label = f" {span} from {start}{f' with {numbers}' if numbers else ''}"
-    own = replace(suite, name="equations", launches=1, timing_spans=False, first_use=False)
-    return [(system, label)], own, [one for one in integrators if one.accepts != (SceneForm,)]
+    # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
+    from gnomon.harness.own_systems.own_system import make_system
+    from gnomon.harness.running.own_functions import Arguments
+    from gnomon.harness.running.pieces import Stated
+
+    system = make_system(Stated(fun, Arguments(tuple(further)), located, accelerations), times, begin, told=_tell)
+    return system, f" {span} from {start}{f' with {numbers}' if numbers else ''}"
 
 
 @contextmanager

@@ -132,7 +132,7 @@ def best(rows: Sequence[Mapping[str, Any]], error: float, lines: Callable[[str, 
     found = [_loosest(each, error, times) for each in series.values()]
     ways = sorted((way for way in found if way is not None), key=lambda way: way.cost.each)
     if not ways:
-        least = min((x for each in series.values() for row in each for x in [_error(row)]), default=math.inf)
+        least = min((x for each in series.values() for row in each for x in [error_of(row)]), default=math.inf)
         nearest = f"the least error is {error_text(least)}" if math.isfinite(least) else "nothing was solved"
         raise ValueError(f"error={error:g}: no method that was compared reaches it; {nearest}")
     fastest = ways[0]
@@ -154,7 +154,7 @@ def _equally_fast(rows: Sequence[Mapping[str, Any]], ways: Sequence[_Way]) -> It
             yield f"{way.timed.integrator_id} {short_text(row.ratio)} ({short_text(row.low)} – {short_text(row.high)})"
 
 
-def _error(row: Mapping[str, Any]) -> float:
+def error_of(row: Mapping[str, Any]) -> float:
     """The error of a row, at least the bound of the error of its reference; inf if it diverged."""
     if row["status"] == Status.DIVERGED or row["error_max"] is None or math.isnan(row["error_max"]):
         return math.inf
@@ -166,12 +166,12 @@ def _loosest(
 ) -> _Way | None:
     """The loosest setting from which on all tighter ones, up to the limit of rounding, have at most this error."""
     ordered = sorted(rows, key=lambda row: -row["setting"])
-    for row, held in zip(ordered, credited([_error(row) for row in ordered]), strict=True):
+    for row, held in zip(ordered, credited([error_of(row) for row in ordered]), strict=True):
         if held <= error:
             below = float(row["error_max"]) < float(row["floor"] or 0.0)
             timed = Timed(row["integrator_id"], times[row["integrator_id"], row["setting"]])
             cost = Cost(row["prepare_seconds"] or 0.0, timed.middle)
             return _Way(
-                timed, row["setting"], row["setting_kind"], _error(row), cost, below,
+                timed, row["setting"], row["setting_kind"], error_of(row), cost, below,
             )  # fmt: skip
     return None
