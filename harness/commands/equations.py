@@ -79,6 +79,7 @@ def read_system(
     from gnomon.harness.running.pieces import Stated
 
     system = make_system(Stated(fun, Arguments(tuple(further)), located, accelerations), times, begin, told=_tell)
+    type(system).place = _module(module), place.rpartition(":")[2]
     return system, f" {span} from {start}{f' with {numbers}' if numbers else ''}"
 
 
@@ -121,6 +122,11 @@ def _numbers(text: str, option: str) -> list[float]:
         return [float(each) for each in text.split(",")]
     except ValueError:
         raise ValueError(f"{option} {text}: write numbers with commas between them, as 0,10") from None
+
+
+def _module(text: str) -> str:
+    """The name by which Python imports a module that is given by its name or its file."""
+    return Path(text).stem if text.endswith(".py") else text
 
 
 def _load(place: str) -> Any:

@@ -69,11 +69,19 @@ def explain_form(accepted: str, stated: Stated, order: Sequence[int], lacking: s
 
 
 def call_lines(
-    stated: Stated, span: tuple[float, float], start: Sequence[float], method: str, setting: float, kind: str
+    stated: Stated,
+    span: tuple[float, float],
+    start: Sequence[float],
+    method: str,
+    setting: float,
+    kind: str,
+    place: tuple[str, str] | None = None,
 ) -> str:
-    """The call of `gnomon.solve` with this method, at a tolerance or a step."""
+    """The call of `gnomon.solve` with this method, at a tolerance or a step. `place`: module and name of a form."""
     name = "equations" if isinstance(stated.fun, Form) else name_of(stated.fun)
     imported = "".join(map(_import_line, (stated.fun, *stated.events)))
+    if isinstance(stated.fun, Form) and place is not None:
+        name, imported = place[1], f"from {place[0]} import {place[1]}\n{imported}"
     options = [f"rtol={setting:.4g}" if kind == "tolerance" else f"step={setting!r}"]
     options += [f"args={stated.arguments.args!r}"] if stated.arguments.args else []
     options += ["accelerations=True"] if stated.accelerations else []

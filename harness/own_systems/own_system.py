@@ -60,6 +60,8 @@ class OwnSystem(Case):
     lacking: ClassVar[str]
     """Why the equations have no accelerations that depend on the positions alone; "" if they have."""
     stated: ClassVar[Stated]
+    place: ClassVar[tuple[str, str] | None] = None
+    """The module and the name by which a form can be imported; a function knows its own."""
     span_given: ClassVar[tuple[float, float]]
     start_given: ClassVar[tuple[float, ...]]
     whole: ClassVar[Times]
@@ -93,7 +95,7 @@ class OwnSystem(Case):
     def lines(self, method: str, setting: float, kind: str) -> str:
         """The lines of Python that run a method on these equations, at a tolerance or a step of the problem's time."""
         setting = setting * self.whole.clock.scale if kind == "step" else setting
-        return call_lines(self.stated, self.span_given, self.start_given, method, setting, kind)
+        return call_lines(self.stated, self.span_given, self.start_given, method, setting, kind, self.place)
 
     def scales(self) -> dict[str, float]:
         return {c.group: float(size) for c, size in zip(self.state, self.rough.sizes, strict=True)}

@@ -98,15 +98,15 @@ def fast_charge(t: float, s: Floats) -> list[float]:
     return [u, v, w, 0.5 + 2 * v, -2 * u, 0.0]
 
 
-def damped_spring(times: Floats) -> Floats:
-    """The forced motion, and two decays: a linear system."""
-    k = 1e4
-    forced = k / complex(k - 1, k)  # of x'' + k x' + k x = k cos t, the real part with e^{it}
-    decays = np.roots([1, k, k])
-    shares = np.linalg.solve([[1, 1], decays], [-forced.real, 2 - (1j * forced).real])
-    place = (forced * np.exp(1j * times)).real + np.exp(np.outer(times, decays)) @ shares
-    speed = (1j * forced * np.exp(1j * times)).real + np.exp(np.outer(times, decays)) @ (shares * decays)
-    return np.column_stack([place, speed])
+def linear_motion(matrix: Any, drive: Any, frequency: float, start: Any, times: Floats) -> Floats:
+    """The motion of y' = matrix y + drive cos(frequency t), of the real part: the forced motion and the modes."""
+    forced = np.linalg.solve(1j * frequency * np.eye(len(start)) - np.array(matrix), drive)
+    values, vectors = np.linalg.eig(matrix)
+    shares = np.linalg.solve(vectors, np.array(start) - forced.real)
+    turned = np.exp(1j * frequency * times)
+    return np.array(
+        [(vectors @ (shares * np.exp(values * t)) + forced * e).real for t, e in zip(times, turned, strict=True)]
+    )
 
 
 def spring_pendulum(t: float, y: Floats) -> list[float]:
@@ -120,15 +120,6 @@ def vibrating(times: Floats) -> Floats:
     r, angle, dr, turn = solved(spring_pendulum, start, times).T
     c, s = np.cos(angle), np.sin(angle)
     return np.column_stack([r * s, -r * c, dr * s + r * turn * c, -dr * c + r * turn * s])
-
-
-def coupled(times: Floats) -> Floats:
-    """Driven at the frequency 2: the forced motion, and the four modes of a matrix."""
-    matrix = np.array([[0, 0, 1, 0], [0, 0, 0, 1], [-6, 2, -0.3, 0.1], [2, -6, 0.1, -0.3]])
-    forced = np.linalg.solve(2j * np.eye(4) - matrix, [0, 0, 1, 0])
-    values, vectors = np.linalg.eig(matrix)
-    shares = np.linalg.solve(vectors, np.array([1, 0, 0, 0]) - forced.real)
-    return np.array([(vectors @ (shares * np.exp(values * t)) + forced * np.exp(2j * t)).real for t in times])
 
 
 def throw(t: float, y: Floats) -> Floats:
@@ -174,12 +165,13 @@ TIMES = {
 """The times of the lines; THIRDS for others."""
 THREE = [[1.0, 0.0, 0.0, 0.0, 0.6, 0.1], [-0.5, 0.8, 0.0, -0.5, -0.3, 0.0], [-0.5, -0.7, 0.1, 0.5, -0.3, 0.0]]
 TWO = [[-0.25, 0.0, 0.0, 0.0, -0.25, 0.0], [0.75, 0.0, 0.0, 0.0, 0.75, 0.0]]
+COUPLED = [[0, 0, 1, 0], [0, 0, 0, 1], [-6, 2, -0.3, 0.1], [2, -6, 0.1, -0.3]]
 CHARGE = [0.0, 0.0, 0.0, 1.0, 0.0, 0.1]
 MOTIONS: Mapping[str, Callable[[Floats], Floats]] = {
     **dict.fromkeys(["pendulum", "pendulum_accelerations", "many_swings"], swings),
     "double_pendulum": lambda times: solved(double_pendulum, [2.0, 1.0, 0.0, 0.0], times),
     "throw": lambda times: solved(throw, [0.0, 2.0, 20.0, 15.0], times),
-    "damped_spring": damped_spring,
+    "damped_spring": lambda times: linear_motion([[0, 1], [-1e4, -1e4]], [0, 1e4], 1.0, [0, 2], times),
     "spring_pendulum": vibrating,
     "two_bodies": lambda times: solved(attraction([0.75, 0.25]), np.ravel(TWO), times),
     **dict.fromkeys(["satellite", "satellite_as_body"], satellite),
@@ -188,7 +180,7 @@ MOTIONS: Mapping[str, Callable[[Floats], Floats]] = {
     "rod": rod,
     "charge": lambda times: solved(lambda t, s: [*s[3:], 0.5 + 2 * s[4], -2 * s[3], 0.0], CHARGE, times),
     "fast_charge": lambda times: solved(fast_charge, CHARGE, times),
-    "coupled_masses": coupled,
+    "coupled_masses": lambda times: linear_motion(COUPLED, [0, 0, 1, 0], 2.0, [1, 0, 0, 0], times),
     "decay": decay,
     **dict.fromkeys(["ball", "ball_and_wall"], bounced),
     "sliding_ball": slid,

@@ -217,7 +217,7 @@ def reliable_settings(row: Row) -> dict[str, Mapping[str, Any]]:
     if "reliable" not in row:
         return {}
     first = row["reliable"]
-    return {one.get("method", row["setting"]["method"]): one for one in (first, *first.get("others", ()))}
+    return {one["method"]: one for one in (first, *first.get("others", ()))}
 
 
 def _reliable_text(measured: Measured, method: str, reliable: Mapping[str, Any], at: Row) -> str:
