@@ -15,7 +15,7 @@ import synthetic
 from command_line import gnomon
 from gnomon.cases.core.scene import SceneForm
 from gnomon.harness.adapters.libraries import LIBRARIES
-from gnomon.harness.commands.published.recommend import argument, described, share_text
+from gnomon.harness.commands.published.recommend import described, share_text
 from gnomon.harness.contract.problem import problem_of
 from gnomon.harness.registry import lookup, representatives
 from gnomon.harness.reporting.report_run import Run
@@ -357,8 +357,8 @@ def test_a_recommendation_keeps_its_promise(setting: Mapping[str, Any], error: f
 
 def of_installed(subject: str) -> list[tuple[str, str]]:
     """The libraries that are recommended for a subject and installed here, with the method that the lines run."""
-    rows = [row for row in recommendations.find(subject).rows if not row["why"] and "setting" in row]
-    named = [(row["library"], row.get("reliable", row["setting"])["method"]) for row in rows]
+    rows = [row for row in recommendations.find(subject).rows if "reliable" in row]
+    named = [(row["library"], row["reliable"]["method"]) for row in rows]
     return [(one, method) for one, method in named if TABLE.forms[method] and not lookup.missing(lookup.own()[method])]
 
 
