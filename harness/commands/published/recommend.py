@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -49,12 +49,9 @@ def recommend(
     Each library answers with the method that its own manual names, chosen before the measurements, with the share of
     the systems on which it reaches the error.
     """
-    # Imported here and not above: `gnomon --help` starts without the modules that read the table.
-    from gnomon.harness.adapters import libraries
-    from gnomon.harness.results.advice import recommendations
-
     subject = " ".join(words or ())
     if equations is not None:
+        # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
         from gnomon.harness.commands.published.recommend_own import Request, recommend_own
 
         stated = equations, (span, start, numbers), event, accelerations
@@ -64,12 +61,21 @@ def recommend(
         {"--span": span, "--start": start, "--parameters": numbers, "--event": event, "--accelerations": accelerations}
         | {"--out": out_path}
     )
+    _recommend(subject, error, library or ())
+
+
+def _recommend(subject: str, error: float | None, chosen: Sequence[str]) -> None:
+    """Print the published advice for a subject, or the subjects if it is empty."""
+    # Imported here and not above: `gnomon --help` starts without the modules that read the table.
+    from gnomon.harness.adapters import libraries
+    from gnomon.harness.results.advice import recommendations
+
     if not subject:
         for key, (title, about) in recommendations.subjects().items():
             out.print(f"{key:12} {title}: {about}", highlight=False, markup=False)
         out.print("Next: gnomon recommend stiff --error 1e-6 --library scipy", highlight=False)
         return
-    found = recommendations.find(subject, error, library or ())
+    found = recommendations.find(subject, error, chosen)
     table = recommendations.read()
     out.print(f"[bold]{escape(found.title)}, error at most {found.error:g}[/]", highlight=False)
     out.print(found.about, highlight=False, markup=False)

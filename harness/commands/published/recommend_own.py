@@ -61,6 +61,7 @@ class Measured:
 
     def best(self, methods: Sequence[str]) -> Best | None:
         """The fastest of these methods that reaches the error; None if none of them does."""
+        # Imported here and not above: a wrong option is refused without numpy.
         from gnomon.harness.results.best import best
 
         rows = [row for name in methods for row in self.rows.get(name, ())]
