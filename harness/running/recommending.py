@@ -141,9 +141,9 @@ def _row(answer: Answer) -> dict[str, Any]:
         first, *others = map(_reliable, answer.reliable)
         row["reliable"] = first | ({"others": others} if others else {})
     if answer.rests_on is not None:
-        one = answer.rests_on
-        row["rests_on"] = {"spans": [_rounded(one.shortest), _rounded(one.longest)]}
-        row["rests_on"] |= dict(_known({name: getattr(one, name) for name in ("conditioning", "eccentricity")}))
+        of = answer.rests_on
+        row["rests_on"] = {"spans": [_rounded(of.shortest), _rounded(of.longest)]}
+        row["rests_on"] |= dict(_known({name: getattr(of, name) for name in ("conditioning", "eccentricity")}))
     if answer.better is not None:
         row["better"] = _row(answer.better) | {"among": answer.better.among, "how": answer.better.how}
     return row
