@@ -78,7 +78,10 @@ class Measured:
     def at(self, method: str, reliable: Mapping[str, Any]) -> Row | None:
         """The measurement at the loosest setting that is as tight as a published one; None without it."""
         most = reliable["relative"] * self.system.time_scale if reliable["kind"] == "step" else reliable["value"]
-        tight = [row for row in self.rows.get(method, ()) if row["setting"] <= most * (1 + 1e-9)]
+        run = [
+            row for row in self.rows.get(method, ()) if row["setting"] is not None
+        ]  # None: it declines the equations
+        tight = [row for row in run if row["setting"] <= most * (1 + 1e-9)]
         return max(tight, key=lambda row: float(row["setting"]), default=None)
 
     def reason(self, method: str) -> str | None:
@@ -239,6 +242,8 @@ def _better_text(measured: Measured, row: Row) -> str:
     fast, manual = row["better"]["methods"], row["methods"]
     one, other = measured.best(fast), measured.best(manual)
     told = f"published as its fastest: {', '.join(fast)}"
+    if all(measured.reason(name) or name not in measured.rows for name in fast):
+        return f"{told}; it did not solve these equations, or cannot state them"
     if one is None or other is None:
         return f"{told}; here {'only it reaches' if other is None and one else 'it does not reach'} the error"
     return f"{told}; here {_compare(one.seconds, other.seconds)} {', '.join(manual)}"

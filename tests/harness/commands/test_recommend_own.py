@@ -140,7 +140,8 @@ def advise(monkeypatch: pytest.MonkeyPatch, **changes: Any) -> None:
     table = recommendations.read()
     own = [{key: row[key] for key in ("subject", "error", "library")} for row in table.rows]
     rows = [row | changes for row in own if row["library"] == "gnomon"]
-    forms = {name: ["FirstOrder"] for name in ("gnomon:DOP853", "gnomon:Explicit Euler", "gnomon:RK4")}
+    names = "gnomon:DOP853", "gnomon:Explicit Euler", "gnomon:RK4", "gnomon:RKMK 4"
+    forms = {name: ["FirstOrder"] for name in names}
     changed = replace(table, rows=rows, forms={**table.forms, **forms})
     monkeypatch.setattr(recommendations, "read", lambda: changed)
 
@@ -152,14 +153,16 @@ def test_the_published_setting_is_judged_on_the_equations(
     """And the error beside it is the one that was found at this setting, and lies on its side of the bound."""
     method = "gnomon:DOP853"
     better = {"methods": ["gnomon:RK4"], "why": "", "systems": 6, "tried": 6, "among": 9, "how": "invented"}
-    reliable = {"method": method, "kind": "tolerance", "value": tolerance, "seconds": 1e-5}
-    advise(monkeypatch, methods=[method], why="", reliable=reliable, better=better)
+    declines = {"method": "gnomon:RKMK 4", "kind": "step", "relative": 0.1}  # it takes rigid bodies alone
+    reliable = {"method": method, "kind": "tolerance", "value": tolerance, "seconds": 1e-5, "others": [declines]}
+    advise(monkeypatch, methods=[method, "gnomon:RKMK 4"], why="", reliable=reliable, better=better)
     assert gnomon("recommend", "smooth", *SWING, "--start", "2,0,0,0", "--error", "1e-8", "--library", "gnomon") == 0
     told = capfd.readouterr().out
     found = re.search(rf"rtol={tolerance:g} of {method}, {words} ([\d.e-]+)", told)
     assert found is not None, told
     assert (float(found[1]) <= 1e-8) == words.startswith("holds")
     assert "published as its fastest: gnomon:RK4; here it" in told
+    assert "of gnomon:RKMK 4" not in told, "of a method that did not run nothing is said"
 
 
 def test_without_a_method_that_reaches_the_error_the_exit_code_is_1(
