@@ -1,12 +1,12 @@
 """The data that the page contains for its script, as columns and compressed, so that a hundred cases fit.
 
-The browser decompresses them with DecompressionStream (in all browsers since 2023); nothing is fetched.
+The page's script decompresses them: LZMA takes a fifth less than gzip, which browsers have. Nothing is fetched.
 """
 
 import base64
-import gzip
 import itertools
 import json
+import lzma
 import re
 from collections.abc import Mapping, Sequence
 from importlib.metadata import version
@@ -24,9 +24,15 @@ IN_HTML = str.maketrans("<>&", ",.:")
 """Characters of base85 that a script element of a page should not have, and those that stand for them."""
 
 
+LZMA = ({"id": lzma.FILTER_LZMA1, "preset": 9 | lzma.PRESET_EXTREME, "lc": 3, "lp": 0, "pb": 0},)
+"""The parameters that the page's script has."""
+
+
 def pack(text: str) -> str:
-    """Text as base85 of its gzip, 4 bytes in 5 characters; equal texts give equal characters."""
-    return base64.b85encode(gzip.compress(text.encode("utf-8"), 9, mtime=0)).decode("ascii").translate(IN_HTML)
+    """The number of bytes of a text, 4 bytes, and its LZMA, as base85: 4 bytes in 5 characters."""
+    content = text.encode("utf-8")
+    packed = len(content).to_bytes(4, "big") + lzma.compress(content, lzma.FORMAT_ALONE, filters=LZMA)
+    return base64.b85encode(packed).decode("ascii").translate(IN_HTML)
 
 
 def pack_vega() -> str:

@@ -25,6 +25,8 @@ from gnomon.harness.results.number_text import (
 )
 from gnomon.harness.results.separation import SLOWER
 
+WIDE = 0.5
+"""An interval of a power of time that is wider has one decimal."""
 LAWS = {"sqrt t": "√t", "t^1.5": "t√t", "t^2": "t²", "faster than t^2": "faster than t²"}
 
 
@@ -271,7 +273,8 @@ def _growth(found: dict[str, Any]) -> tuple[str, str]:
     """The law (– if several are within the interval of the power), and the power with its interval."""
     power = ""
     if math.isfinite(found["power"]):
-        power = f"power {found['power']:.2f} ({found['low']:.2f} to {found['high']:.2f})"
+        digits = 2 if found["high"] - found["low"] < WIDE else 1
+        power = f"power {found['power']:.{digits}f} ({found['low']:.{digits}f} to {found['high']:.{digits}f})"
     return LAWS.get(found["law"], found["law"]) or "–", power
 
 

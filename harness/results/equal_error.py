@@ -45,28 +45,46 @@ def reached(series: Sequence[Mapping[str, Any]], targets: Sequence[float] = TARG
     for row in series:
         at.setdefault(row["setting"], {})[row["launch"]] = row["seconds_median"], waited(row)
         errors.setdefault(row["launch"], {})[row["setting"]] = row["error_max"]
-    # Slow settings are launched once: the errors are from the launch with most settings, and a launch without times
-    # near the target is ignored.
-    sweep = errors[max(sorted(errors), key=lambda launch: len(errors[launch]))]
+    # Slow settings are launched once: the launch with most settings has the errors, and says on which settings the time of a
+    # target rests. The other launches count if they timed these, as further launches do.
+    whole = max(sorted(errors), key=lambda launch: len(errors[launch]))
+    sweep = errors[whole]
     held = credited(list(sweep.values()))
     runs = {row["launch"]: row["run"] for row in series}
-    kept = {setting: without_waits(times) for setting, times in at.items()}
+    seconds = [at[setting][whole][0] for setting in sweep]
     nulls = [row["null_seconds"] for row in series if math.isfinite(row["null_seconds"])]
     null = float(np.median(nulls)) if nulls else math.nan
-    timed = {n: [kept[setting].get(n, math.nan) for setting in sweep] for n in sorted(runs)}
     # Later launches do not count evaluations.
     known = {row["setting"]: float(row["rhs_calls"]) for row in series if (row["rhs_calls"] or 0) > 0}
     counted = [known.get(setting, math.nan) for setting in sweep]
     for target in targets:
-        found = {n: crossing(held, seconds, target) for n, seconds in timed.items()}
-        times = {(runs[n], n): seconds for n, (seconds, _) in found.items() if math.isfinite(seconds)}
-        if times:
-            bound, middle = any(loosest for _, loosest in found.values()), geometric_mean(times.values())
-            rests = {[*sweep][place] for seconds in timed.values() for place in beside(held, seconds, target)}
+        places = beside(held, seconds, target)
+        if places:
+            settings = [[*sweep][place] for place in places]
+            found = {
+                (runs[n], n): (
+                    _between([held[place] for place in places], [at[setting][n][0] for setting in settings], target),
+                    any(at[setting][n][1] for setting in settings),
+                )
+                for n in sorted(runs)
+                if all(n in at[setting] for setting in settings)
+            }
+            times = without_waits({key: each for key, each in found.items() if math.isfinite(each[0])})
+            middle = geometric_mean(times.values())
             yield Reached(
-                target, middle, min(times.values()), max(times.values()), len(times), times, bound, null / middle,
-                crossing(held, counted, target)[0], tuple(sorted(rests, reverse=True)),
+                target, middle, min(times.values()), max(times.values()), len(times), times,
+                crossing(held, seconds, target)[1], null / middle, crossing(held, counted, target)[0],
+                tuple(sorted(settings, reverse=True)),
             )  # fmt: skip
+
+
+def _between(held: Sequence[float], seconds: Sequence[float], target: float) -> float:
+    """The time at an error between two settings, linear in the logarithms; of one setting its own."""
+    if len(held) == 1:
+        return seconds[0]
+    upper, lower = math.log(held[0]), math.log(max(held[1], np.finfo(float).tiny))
+    share = (upper - math.log(target)) / (upper - lower)
+    return float(np.exp(np.log(seconds[0]) + share * np.log(seconds[1] / seconds[0])))
 
 
 def waited(row: Mapping[str, Any]) -> bool:
@@ -136,12 +154,8 @@ def crossing(held: Floats, seconds: Sequence[float] | Floats, target: float) -> 
         return math.nan, False
     i = int(reached[0])
     loosest = i == 0 or math.isinf(held[i - 1])
-    if loosest:
-        there = float(seconds[i])
-    else:
-        upper, lower = math.log(held[i - 1]), math.log(max(held[i], np.finfo(float).tiny))
-        share = (upper - math.log(target)) / (upper - lower)
-        there = float(np.exp(np.log(seconds[i - 1]) + share * np.log(seconds[i] / seconds[i - 1])))
+    first = i if loosest else i - 1
+    there = _between(held[first : i + 1].tolist(), [float(each) for each in seconds[first : i + 1]], target)
     # nan if the time near the target is missing; tighter settings without a time are ignored
     return (math.nan if math.isnan(there) else min(there, *(float(seconds[k]) for k in reached.tolist()))), loosest
 

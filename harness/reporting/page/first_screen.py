@@ -119,8 +119,8 @@ def _said(found: Representatives, case: str, names: Sequence[str], axis: str) ->
         text += ("; and of gnomon’s own: " if text else "") + ", ".join(said[OWN])
     what = "on" if axis == "time" else "evaluations of the equations on"
     title = number_text.lower_first(found.run.titles[case])
-    limits = f" within {found.limits_of(case)}" if "does not reach it" in text else ""
-    words = f"{what} “{title}” at an error of {power_text(AT)}: {text or 'not counted'}{limits}."
+    limits = f" “Does not reach it”: within {found.limits_of(case)}." if "does not reach it" in text else ""
+    words = f"{what} “{title}” at an error of {power_text(AT)}: {text or 'not counted'}.{limits}"
     return words[0].upper() + words[1:]
 
 

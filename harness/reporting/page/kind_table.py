@@ -234,7 +234,7 @@ def sentence(one: Entry, error: float, clock: str, group: str) -> Markup:
 
 def _factor(one: Entry) -> str:
     value = one.factor.value if one.factor is not None else math.nan
-    return ratio_text(value) if not value < 0.95 else f"{value:.2g}"
+    return short_text(value) if value > 9.95 else ratio_text(value) if not value < 0.95 else f"{value:.2g}"
 
 
 def interval_text(one: Entry) -> str:

@@ -25,9 +25,108 @@
     return new Uint8Array(view.buffer, 0, text.length - groups);
   }
 
-  async function unpacked(id) {
-    const bytes = bytesOf(document.getElementById(id).textContent.trim());
-    return new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"))).text();
+  const unpacked = (id) => new TextDecoder().decode(expand(bytesOf(document.getElementById(id).textContent.trim())));
+
+  // LZMA as its author specifies it (lc = 3, lp = pb = 0), after the length in 4 bytes and a header of 13.
+  function expand(bytes) {
+    const out = new Uint8Array(new DataView(bytes.buffer).getUint32(0));
+    const odds = (count) => new Uint16Array(count).fill(1024);
+    let [at, place, range, code] = [0, 18, 0xffffffff, 0];
+    const next = () => (code = ((code << 8) | bytes[place++]) >>> 0);
+    for (let k = 0; k < 4; k++) next();
+    const shift = () => {
+      if (range >= 0x1000000) return;
+      range = (range << 8) >>> 0;
+      next();
+    };
+    function bit(of, k) {
+      const bound = (range >>> 11) * of[k];
+      const one = code >= bound ? 1 : 0;
+      if (one) {
+        range -= bound;
+        code -= bound;
+        of[k] -= of[k] >> 5;
+      } else {
+        range = bound;
+        of[k] += (2048 - of[k]) >> 5;
+      }
+      shift();
+      return one;
+    }
+    function tree(of, from, bits) {
+      let found = 1;
+      for (let k = 0; k < bits; k++) found = (found << 1) | bit(of, from + found);
+      return found - (1 << bits);
+    }
+    function reversed(of, from, bits) {
+      let [found, sum] = [1, 0];
+      for (let k = 0; k < bits; k++) {
+        const one = bit(of, from + found);
+        found = (found << 1) | one;
+        sum |= one << k;
+      }
+      return sum;
+    }
+    function direct(bits) {
+      let found = 0;
+      for (let k = 0; k < bits; k++) {
+        range >>>= 1;
+        const one = code >= range ? 1 : 0;
+        if (one) code -= range;
+        found = 2 * found + one;
+        shift();
+      }
+      return found;
+    }
+    const lengths = () => ({ choice: odds(2), low: odds(8), middle: odds(8), high: odds(256) });
+    const lengthOf = (of) =>
+      !bit(of.choice, 0) ? tree(of.low, 0, 3) : !bit(of.choice, 1) ? 8 + tree(of.middle, 0, 3) : 16 + tree(of.high, 0, 8);
+    const [isMatch, isAgain, isOther, isThird, isFourth, isLong] = Array.from({ length: 6 }, () => odds(12));
+    const [literals, slots, near, align] = [odds(0x1800), odds(256), odds(128), odds(16)];
+    const [matches, again] = [lengths(), lengths()];
+    let [state, back] = [0, [0, 0, 0, 0]];
+    while (at < out.length) {
+      if (!bit(isMatch, state)) {
+        const from = 0x300 * ((at ? out[at - 1] : 0) >> 5);
+        let found = 1;
+        if (state >= 7) {
+          for (let like = out[at - back[0] - 1], same = true; same && found < 256; like <<= 1) {
+            const wanted = (like >> 7) & 1;
+            const one = bit(literals, from + ((1 + wanted) << 8) + found);
+            found = (found << 1) | one;
+            same = wanted === one;
+          }
+        }
+        while (found < 256) found = (found << 1) | bit(literals, from + found);
+        out[at++] = found;
+        state = state < 4 ? 0 : state < 10 ? state - 3 : state - 6;
+        continue;
+      }
+      let length;
+      if (bit(isAgain, state)) {
+        if (bit(isOther, state)) {
+          const which = !bit(isThird, state) ? 1 : !bit(isFourth, state) ? 2 : 3;
+          back.unshift(...back.splice(which, 1));
+        } else if (!bit(isLong, state)) {
+          state = state < 7 ? 9 : 11;
+          out[at] = out[at - back[0] - 1];
+          at++;
+          continue;
+        }
+        length = lengthOf(again);
+        state = state < 7 ? 8 : 11;
+      } else {
+        length = lengthOf(matches);
+        state = state < 7 ? 7 : 10;
+        const slot = tree(slots, 64 * Math.min(length, 3), 6);
+        const bits = (slot >> 1) - 1;
+        let far = slot < 4 ? slot : (2 | (slot & 1)) * 2 ** bits;
+        if (slot >= 4) far += slot < 14 ? reversed(near, far - slot, bits) : 16 * direct(bits - 4) + reversed(align, 0, 4);
+        back = [far, back[0], back[1], back[2]];
+      }
+      for (let end = Math.min(at + length + 2, out.length); at < end; at++) out[at] = out[at - back[0] - 1];
+    }
+    return out;
   }
 
   // The two switches; the label says what a press will do. Remembered where the browser allows it.
@@ -410,9 +509,9 @@
       });
     }
     await new Promise((drawn) => requestAnimationFrame(() => setTimeout(drawn)));
-    data = JSON.parse(await unpacked("data"));
+    data = JSON.parse(unpacked("data"));
     const script = document.createElement("script");
-    script.textContent = await unpacked("vega");
+    script.textContent = unpacked("vega");
     document.head.append(script);
     listen();
     if (!byRole("problem").value) showCase(data.first);

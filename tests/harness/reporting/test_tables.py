@@ -167,7 +167,7 @@ def test_a_row_of_the_stability_table() -> None:
     assert (knob.text, knob.note) == ("order 3.98 ± 0.05", "declared 4")
     assert (parts.text, parts.note) == ("phase 2.0e-6", "shape 3.0e-7")
     assert (growth.text, growth.note) == ("t²", "power 2.01 (1.90 to 2.12); reaches 1.0e-5")
-    assert drift.note == "the energy: power 0.60 (0.10 to 1.10) (2.0e-9); spin: round-off (2.0e-14)"
+    assert drift.note == "the energy: power 0.6 (0.1 to 1.1) (2.0e-9); spin: round-off (2.0e-14)"
 
 
 def test_an_error_below_the_attainable_is_at_it() -> None:

@@ -120,6 +120,26 @@ def test_evaluations_are_counted_in_the_first_launch_alone() -> None:
     assert all(math.isnan(one.calls) for one in reached(without, (1e-4,)))
 
 
+@pytest.mark.parametrize("seed", range(8))
+def test_a_launch_of_the_settings_on_which_a_time_rests_counts(seed: int) -> None:
+    """Rounds launch these alone: also where a tighter setting takes less time than the one that reaches the error."""
+    rng = np.random.default_rng(seed)
+    times = np.exp(rng.standard_normal(8))  # in no order
+    first = [
+        {"run": 1, "launch": 1, "setting": 10.0**-k, "error_max": 10.0 ** (-1.3 * k), "null_seconds": 1e-9}
+        | {"seconds_median": seconds, "rhs_calls": k}
+        for k, seconds in enumerate(times, 2)
+    ]
+    for one in reached(first, (1e-3, 1e-6, 1e-9)):
+        again = [row | {"launch": 2, "seconds_median": 1.21 * row["seconds_median"]} for row in first]
+        beside = [row for row in again if row["setting"] in one.settings]
+        rows = sorted([*first, *beside], key=lambda row: -row["setting"])
+        (both,) = reached(rows, (one.target,))
+        assert both.settings == one.settings
+        assert [*both.times] == [(1, 1), (1, 2)]
+        assert both.seconds == pytest.approx(1.1 * one.seconds)
+
+
 def test_a_launch_that_waited_for_a_processor_counts_only_if_all_did() -> None:
     """Of a time of 2 s, 0.9 s were the machine's other work; without a quiet launch it is all that is known."""
     rows = [

@@ -1,8 +1,8 @@
 """A page as it is once all its parts are drawn, by code that shares nothing with the page's script."""
 
 import base64
-import gzip
 import json
+import lzma
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -13,8 +13,6 @@ def carried(page: Path) -> Any:
     """The data that a page contains for its script, with the pieces of HTML by their names, and positions in diagrams."""
     text = page.read_text(encoding="utf-8")
     (packed,) = re.findall(r'<script type="text/plain" id="data">(.*?)</script>', text, re.DOTALL)
-    if "/" in packed:  # base64, of a page that was published before base85, with all its HTML
-        return json.loads(gzip.decompress(base64.b64decode(packed)))
     found = json.loads(unpack(packed), parse_constant=_reject)
     for problem in (problem for of in found["work"]["cases"].values() for problem in of.values()):
         for name in ("time", "calls", "error"):
@@ -23,7 +21,8 @@ def carried(page: Path) -> Any:
 
 
 def unpack(text: str) -> bytes:
-    return gzip.decompress(base64.b85decode(text.translate(str.maketrans(",.:", "<>&"))))
+    found = base64.b85decode(text.translate(str.maketrans(",.:", "<>&")))
+    return lzma.decompress(found[4:], lzma.FORMAT_ALONE)
 
 
 def _reject(word: str) -> None:

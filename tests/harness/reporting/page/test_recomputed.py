@@ -21,6 +21,7 @@ import numpy as np
 import pytest
 from command_line import gnomon
 from gnomon.harness import registry
+from gnomon.harness.adapters.libraries import LIBRARIES
 from gnomon.harness.reporting.page import first_screen
 from gnomon.harness.reporting.report_charts import work_problems
 from gnomon.harness.reporting.report_run import Run
@@ -63,24 +64,38 @@ class Place(NamedTuple):
 Places = dict[tuple[str, float], dict[str, Place]]
 
 
-def reached(sweep: Mapping[float, Mapping[str, Any]], values: Callable[[Any], float], target: float) -> float:
-    """The least value with which settings, by their size, reach an error; nan if none does, or it is not known."""
+def weights(
+    sweep: Mapping[float, Mapping[str, Any]], values: Callable[[Any], float], target: float
+) -> dict[float, float]:
+    """The settings, by their size, on which the least value rests with which a sweep reaches an error.
+
+    With their weights in the mean of the logarithms; none if no setting reaches it, or the value is not known.
+    """
     loosest_first = sorted(sweep, reverse=True)
     errors = [sweep[setting]["error"] for setting in loosest_first]
-    found = [values(sweep[setting]) for setting in loosest_first]
     finite = sorted(error for error in errors if math.isfinite(error))
     if not finite:
-        return math.nan
+        return {}
     floor = 3 * finite[min(1, len(finite) - 1)]
     end = max(k for k, error in enumerate(errors) if error <= floor) + 1
     held = [max(errors[k:end]) for k in range(end)]
     inside = [k for k, error in enumerate(held) if error <= target]
     if not inside:
-        return math.nan
-    k, there = inside[0], found[inside[0]]
+        return {}
+    k, there = inside[0], {loosest_first[inside[0]]: 1.0}
     if k and math.isfinite(held[k - 1]):
-        there = math.exp(np.interp(-math.log(target), -np.log(held[k - 1 : k + 1]), np.log(found[k - 1 : k + 1])))
-    return math.nan if math.isnan(there) else float(np.nanmin([there, *(found[n] for n in inside)]))
+        share = math.log(held[k - 1] / target) / math.log(held[k - 1] / held[k])
+        there = {loosest_first[k - 1]: 1 - share, loosest_first[k]: share}
+    ways = [there, *({loosest_first[n]: 1.0} for n in inside)]
+    costs = [mean(sweep, values, way) for way in ways]
+    return {} if math.isnan(costs[0]) else ways[int(np.nanargmin(costs))]
+
+
+def mean(sweep: Mapping[float, Mapping[str, Any]], values: Callable[[Any], float], way: Mapping[float, float]) -> float:
+    """The weighted geometric mean of the values of settings; nan without a value of one."""
+    if not way or any(setting not in sweep for setting in way):
+        return math.nan
+    return math.exp(sum(weight * math.log(values(sweep[setting])) for setting, weight in way.items()))
 
 
 def number(text: str) -> float:
@@ -104,25 +119,31 @@ def cells_of(path: Path) -> Cells:
     for (case, name), by_launch in launches.items():
         null = statistics.median(one["null"] for sweep in by_launch.values() for one in sweep.values())
         for target in TARGETS:
-            times = {n: reached(sweep, lambda one: one["seconds"], target) for n, sweep in by_launch.items()}
+            # The launch with most settings says on which the time rests, and all launches that timed these count.
+            whole = max(sorted(by_launch), key=lambda n: len(by_launch[n]))
+            way = weights(by_launch[whole], lambda one: one["seconds"], target)
+            times = {n: mean(sweep, lambda one: one["seconds"], way) for n, sweep in by_launch.items()}
             times = {n: time for n, time in times.items() if not math.isnan(time)}
             if times:
                 seconds = statistics.geometric_mean(times.values())
-                calls = reached(by_launch[1], lambda one: one["calls"], target)
+                fewest = weights(by_launch[1], lambda one: one["calls"], target)
+                calls = mean(by_launch[1], lambda one: one["calls"], fewest)
                 cells.setdefault((case, target), {})[name] = Series(times, seconds, null / seconds, calls)
     return cells
 
 
-def margin(one: Series, other: Series, libraries: tuple[str, str], scatter: Scatter) -> tuple[float, float]:
+def margin(one: Series, other: Series, names: tuple[str, str], scatter: Scatter) -> tuple[float, float]:
     """The standard error of the difference of two logarithms of times and its degrees of freedom, with equal launches.
 
     The variance of a launch is the class's and the series' own in the weights of their degrees of freedom; by Welch and
     Satterthwaite, where an error of a class is one for both.
     """
     parts, classes = [], dict[Any, float]()
-    for series, library in ((one, libraries[0]), (other, libraries[1])):
+    for series, name in zip((one, other), names, strict=True):
         logs = np.log([*series.times.values()])
-        kind = (library, int(np.searchsorted([1e-4, 1e-2], series.seconds)))
+        library, _, method = name.partition(":")
+        way = LIBRARIES[library].way(method) if library in LIBRARIES else ""
+        kind = (library, way, int(np.searchsorted([1e-4, 1e-2], series.seconds)))
         variance, of_class = scatter.of(kind)
         freedom = scatter.freedom + len(logs) - 1
         whole = (scatter.freedom * variance + len(logs) * np.var(logs)) / freedom / len(logs)
@@ -136,11 +157,7 @@ def margin(one: Series, other: Series, libraries: tuple[str, str], scatter: Scat
 
 def places_of(own: Mapping[str, Series], scatter: Scatter, first: str, candidates: int = 0) -> dict[str, Place]:
     """Factors to the first with their intervals, and p values in the place of states."""
-    margins = {
-        name: margin(one, own[first], (name.partition(":")[0], first.partition(":")[0]), scatter)
-        for name, one in own.items()
-        if name != first
-    }
+    margins = {name: margin(one, own[first], (name, first), scatter) for name, one in own.items() if name != first}
     behind = {name: math.log(own[name].seconds / own[first].seconds) for name in margins}
     among = candidates or len(margins)
     if not candidates and among > 1:
