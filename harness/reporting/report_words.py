@@ -18,6 +18,7 @@ from gnomon.harness.reporting import (
     report_benchmarks,
     report_checks,
     report_stability,
+    sidecars,
     style,
     tables,
 )
@@ -32,6 +33,7 @@ from gnomon.harness.reporting.report_charts import Problems
 from gnomon.harness.reporting.report_missing import missing
 from gnomon.harness.reporting.report_run import Run
 from gnomon.harness.results import analysis, number_text, store, summary
+from gnomon.harness.results.advice import recommendations
 from gnomon.harness.results.break_even import break_even
 from gnomon.harness.results.contenders import ALONE, OWN, THIRD, UNDECIDED, YOURS
 from gnomon.harness.results.equal_error import TARGETS
@@ -134,6 +136,7 @@ def _beside(folders: Sequence[Path], environments: Sequence[Mapping[str, Any]]) 
     return {
         "older": [_origin_text(one) for one in parts if one.older],
         "processors": provenance.processors_text([*environments, *(one.environment for one in parts if one.timed)]),
+        "outside": _outside(*folders),
         "certified": report_checks.certified(*folders),
         "certified_lines": report_checks.certified_lines(*folders),
         "benchmarks": report_benchmarks.benchmarks(*folders),
@@ -142,6 +145,12 @@ def _beside(folders: Sequence[Path], environments: Sequence[Mapping[str, Any]]) 
         "league": league(*folders),
         "stability": report_stability.stability(*folders),
     }
+
+
+def _outside(*folders: Path) -> str:
+    """How far the recommendations held outside of the catalogue; empty without a file of the trial."""
+    found = sidecars.first("outside.json", *folders)
+    return "" if found is None else recommendations.outside_text(found)
 
 
 def _origin_text(one: provenance.Origin) -> str:

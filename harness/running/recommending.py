@@ -13,7 +13,7 @@ from typing import Any, Protocol
 import pandas as pd
 from gnomon.harness.registry import lookup
 from gnomon.harness.registry.environment import DISTRIBUTIONS
-from gnomon.harness.results import store, summary
+from gnomon.harness.results import reading, store, summary
 from gnomon.harness.results.advice.needs import (
     SUBJECTS,
     YOURS,
@@ -106,7 +106,7 @@ def _head(run: Run) -> dict[str, Any]:
         "date": max(str(one["ended"] or one["started"]) for one in runs)[:10],
         "suites": list(dict.fromkeys(one["suite"] for one in runs)),
         "lacks": outstanding(run.path).text,
-        "rounds": environments[-1].get(rounds.NAME, ""),
+        "open": rounds.describe_open(reading.rows(run.path)),
         "timed": count,
         "delayed": delayed,
         "versions": {name: environments[-1][name] for name in DISTRIBUTIONS if name in environments[-1]},

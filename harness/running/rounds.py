@@ -56,11 +56,18 @@ class Rounds:
 
     def record(self) -> str:
         """The cells that are open at the end, and the scatter, for the environment of the run and for its last lines."""
-        times, scatter = contenders.times(self.rows())
-        counts = contenders.open_cells(times, scatter)
+        found = describe_open(self.rows())
         done = f"{self.begun} round{'s' * (self.begun != 1)} of repeated launches"
-        if not any(open_ for open_, _ in counts.values()):
-            return f"{done}; {DECIDED}; {scatter[contenders.OWN].text()}"
-        words = [f"{open_} of {cells} {WORDS[kind]}" for kind, (open_, cells) in counts.items() if cells]
-        why = f"{SPENT}: {self.minutes:g} min" if self.over() else EXHAUSTED
-        return f"{done}; open cells (a case at one error): {', '.join(words)}; {why}; {scatter[contenders.OWN].text()}"
+        if found.startswith(DECIDED):
+            return f"{done}; {found}"
+        return f"{done}; {f'{SPENT}: {self.minutes:g} min' if self.over() else EXHAUSTED}; {found}"
+
+
+def describe_open(rows: Iterable[Mapping[str, Any]]) -> str:
+    """The numbers of open cells of rows of `reading.rows`, and the scatter, in words."""
+    times, scatter = contenders.times(rows)
+    counts = contenders.open_cells(times, scatter)
+    words = [f"{open_} of {cells} {WORDS[kind]}" for kind, (open_, cells) in counts.items() if cells]
+    is_open = any(open_ for open_, _ in counts.values())
+    text = f"open cells (a case at one error): {', '.join(words)}" if is_open else DECIDED
+    return f"{text}; {scatter[contenders.OWN].text()}"

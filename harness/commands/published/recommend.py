@@ -190,15 +190,14 @@ def measured_by(table: Table) -> str:
     from gnomon.harness.results.advice import recommendations
 
     head = table.head
-    one = head["launches"] <= 1
-    bears = "one launch: two times are not separated" if one else f"{head['launches']} launches or more"
+    bears = f"{head['launches']} launch{'es' * (head['launches'] > 1)} or more"
     waited = f"{100 * head['delayed'] / max(head['timed'], 1):.0f} % of the calls waited for a processor"
     lacks = f"this run is not complete: {head['lacks']}" if head["lacks"] else "the run is complete"
     suites = f"suite{'s' * (len(head['suites']) > 1)} {', '.join(head['suites'])}"
     return (
         f"Measured by gnomon's authors at revision {head['revision']} on {head['date']}, {suites}, on {head['cores']} cores of"
         f" one processor model, {head['cpu']}, Python {head['python']}"
-        f" ({'; '.join(filter(None, (bears, head['rounds'], waited, lacks)))}). Medians over the systems that each method"
+        f" ({'; '.join(filter(None, (bears, head['open'], waited, lacks)))}). Medians over the systems that each method"
         " reaches: not a ranking. Times are of motions of the catalogue with 64 samples; on your machine and system they"
         f" differ. {margin_text(head['margin'])} {recommendations.outside_text(head['outside'])}"
     )

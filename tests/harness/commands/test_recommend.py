@@ -19,7 +19,7 @@ from gnomon.harness.commands.published.recommend import described, share_text
 from gnomon.harness.contract.problem import problem_of
 from gnomon.harness.registry import lookup, representatives
 from gnomon.harness.reporting.report_run import Run
-from gnomon.harness.results import store
+from gnomon.harness.results import reading, store
 from gnomon.harness.results.advice import needs, recommendations
 from gnomon.harness.results.advice.code_lines import argument, choose_system
 from gnomon.harness.results.equal_error import TARGETS
@@ -209,9 +209,10 @@ def test_the_head_names_the_last_revision_and_refuses_several_machines_or_source
         later = first | {"suite": "later", "environment": first["environment"] | made_by}
         monkeypatch.setattr("gnomon.harness.running.recommending.store.runs", lambda path: [first, later])
 
-    then(revision="abc123", **{rounds.NAME: "2 rounds"})
+    then(revision="abc123")
     head = json.loads(write_table(run, tmp_path / "table").read_text().splitlines()[0])
-    assert (head["revision"], head["rounds"], head["suites"]) == ("abc123", "2 rounds", ["full", "later"])
+    assert (head["revision"], head["suites"]) == ("abc123", ["full", "later"])
+    assert head["open"] == rounds.describe_open(reading.rows(run.path))
     assert head["lacks"] == outstanding(run.path).text
     for name in ("machine", "sources"):
         then(**{name: "another"})
@@ -227,10 +228,9 @@ def test_the_table_that_comes_with_gnomon_is_small() -> None:
 
 def test_it_says_whose_measurements_these_are(capfd: pytest.CaptureFixture[str]) -> None:
     text = told(capfd, "accurate")
-    for name in ("revision", "date", "cpu", "python", "lacks", "rounds"):
+    for name in ("revision", "date", "cpu", "python", "lacks", "open"):
         assert TABLE.head[name] in text
     assert ", ".join(TABLE.head["suites"]) in text
-    assert ("not separated" in text) == (TABLE.head["launches"] == 1)
 
 
 def test_each_library_is_named_once_and_gnomon_last(capfd: pytest.CaptureFixture[str]) -> None:
