@@ -80,9 +80,7 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> 
         "limits": found.limits,
         "limited": {status: f" ({found.limit_seconds})" if status in LIMITED else "" for status in style.MEANINGS},
         "machines": machines_text(run.frame),
-        "scatter": run.scatter[OWN],
-        "ways": WAYS,
-        "open": open_text(run.equal),
+        **_comparisons(run),
         **_load(run.frame),
         **beside,
         "first": first,
@@ -115,6 +113,11 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> 
         "letters": {name: letter for name, letter in style.LETTERS.items() if letter.strip()},
         "colours": style.STATUS_COLOURS,
     }
+
+
+def _comparisons(run: Run) -> dict[str, Any]:
+    """What comparisons of times rest on: the scatter, the ways to the equations that tell it apart, the open cells."""
+    return {"scatter": run.scatter[OWN], "ways": WAYS, "open": open_text(run.equal)}
 
 
 def _break_even(run: Run, complete: Sequence[str]) -> list[dict[str, Any]]:
