@@ -202,7 +202,7 @@ def published_order(measured: Measurements, errors: Sequence[float] = ERRORS) ->
         for error in errors:
             times: dict[str, dict[str, float]] = {}
             for library in LIBRARIES:
-                methods = {}
+                methods = dict[str, str]()
                 for case, _ in problems:
                     stands = representatives.standing(library, measured.kind[case], subject.stands)
                     methods |= {} if stands is None else {case: stands.integrator}
