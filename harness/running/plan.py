@@ -216,8 +216,8 @@ def _made(name: str, rest: dict[str, Any] | None = None, **row: Any) -> Suite:
     }
     if lists["integrators"]:
         named = {one.partition(":")[0] for one in lists["integrators"]}
-        others = [one for one in LIBRARIES.values() if one.name not in named]
-        lists["integrators"] += tuple(f"{one.name}:{quick}" for one in others for quick in one.quick)
+        quick = (f"{one.name}:{name}" for one in LIBRARIES.values() for name in one.quick)
+        lists["integrators"] += () if any(name in LIBRARIES for name in named) else tuple(quick)
     return Suite(name, **lists, **row, rest=None if rest is None else _made("rest", **rest))
 
 
