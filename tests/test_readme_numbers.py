@@ -51,6 +51,15 @@ def test_the_findings_of_verification_in_the_readme_were_measured() -> None:
     assert alarms == len(measured["false_alarms"])
 
 
+def test_the_shares_outside_of_the_catalogue_were_measured() -> None:
+    measured = json.loads((REPORTS / "outside.json").read_text())
+    said = r"On (\d+) systems drawn at random.*? in (\d+) % .*?\(95 % interval (\d+) to (\d+) %\).*? in (\d+) % \((\d+) to (\d+) %\)"
+    drawn, *shares = map(int, _match(said))
+    assert drawn == measured["drawn"]
+    found = [measured[name][part] for name in ("share", "order") for part in ("share", "low", "high")]
+    assert shares == [round(100 * one) for one in found]
+
+
 def test_documents_name_one_interval_of_the_page() -> None:
     """From one page to the next are EVERY_SECONDS, the end of the trials under way, and the writing."""
     assert 60 < live_page.EVERY_SECONDS < 120
