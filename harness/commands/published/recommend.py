@@ -85,7 +85,7 @@ def _recommend(subject: str, error: float | None, chosen: Sequence[str]) -> None
             out.print("\ngnomon's own methods, which are not compared with the libraries above", highlight=False)
         for line in described(row, libraries.title(row["library"])):
             out.print(line, highlight=False, markup=False)
-    out.print(f"\n{measured_by(table)}", highlight=False, markup=False)
+    out.print(f"\n{measured_by(table, found.subject)}", highlight=False, markup=False)
     named = [row for row in found.rows if row["systems"]]
     if len(named) == 1:
         _print_lines(table, found.subject, named[0])
@@ -185,7 +185,7 @@ def cost_text(row: Mapping[str, Any]) -> str:
     return text + (f", {grouped(round(calls))} evaluations of the equations" if math.isfinite(calls) else "")
 
 
-def measured_by(table: Table) -> str:
+def measured_by(table: Table, subject: str) -> str:
     """Whose measurements these are, and what they can bear."""
     from gnomon.harness.results.advice import recommendations
 
@@ -199,7 +199,7 @@ def measured_by(table: Table) -> str:
         f" one processor model, {head['cpu']}, Python {head['python']}"
         f" ({'; '.join(filter(None, (bears, head['open'], waited, lacks)))}). Medians over the systems that each method"
         " reaches: not a ranking. Times are of motions of the catalogue with 64 samples; on your machine and system they"
-        f" differ. {margin_text(head['margin'])} {recommendations.outside_text(head['outside'])}"
+        f" differ. {margin_text(head['margin'])} {recommendations.outside_text(head['outside'], subject)}"
     )
 
 

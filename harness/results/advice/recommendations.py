@@ -71,15 +71,19 @@ def require_schema(head: Mapping[str, Any]) -> None:
         )
 
 
-def outside_text(found: Mapping[str, Any] | None) -> str:
-    """What a trial on systems outside of the catalogue found, or that there was none."""
+def outside_text(found: Mapping[str, Any] | None, subject: str = "") -> str:
+    """What a trial on systems outside of the catalogue found, on those of a subject too, or that there was none."""
     if found is None:
         return "Outside of the catalogue these settings were not tried."
     reached, order = (_percent(found[name]) for name in ("share", "order"))
     text = (
         f"On systems outside of the catalogue, drawn at random, the setting to rely on reached the error in {reached}"
     )
-    return f"{text}; of two libraries the one that is faster here was faster there in {order}."
+    text += f"; of two libraries the one that is faster here was faster there in {order}."
+    if not subject:
+        return text
+    of = next((one for one in found.get("by_need", ()) if one["need"] == subject), None)
+    return f"{text} On systems of this kind it reached the error in {_percent(of)}."
 
 
 def _percent(share: Mapping[str, Any] | None) -> str:

@@ -197,6 +197,10 @@ def test_the_share_outside_of_the_catalogue_is_told() -> None:
     for words in ("96 % of the trials (90 to 99 %, on 31 systems)", "80 %"):
         assert words in text
     assert "no trial" in recommendations.outside_text({"share": SHARE, "order": None})
+    of_stiff = {"by_need": [SHARE | {"need": "stiff", "share": 0.75}]}
+    found = {"share": SHARE, "order": SHARE} | of_stiff
+    assert "75 %" in recommendations.outside_text(found, "stiff")
+    assert "no trial" in recommendations.outside_text(found, "long")
 
 
 def test_the_head_names_the_last_revision_and_refuses_several_machines_or_sources(
