@@ -16,13 +16,12 @@ import numpy as np
 from gnomon.cases.core.forms import Form
 from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.own_systems import drawn_equations
+from gnomon.harness.results.advice.outside import MARGIN, TEST
 from gnomon.harness.running.own_functions import Arguments
 from gnomon.harness.running.pieces import Stated
 
 SEED = 20261129
 MEMBERS = 6
-MARGIN, TEST = "margin", "test"
-"""The halves of a draw."""
 Random = np.random.Generator
 Made = tuple[Callable[..., Any] | Form, Sequence[float] | Floats, Sequence[float] | Floats, float]
 """The equations, their numbers, the start, the span."""

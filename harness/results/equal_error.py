@@ -58,7 +58,7 @@ def reached(series: Sequence[Mapping[str, Any]], targets: Sequence[float] = TARG
     known = {row["setting"]: float(row["rhs_calls"]) for row in series if (row["rhs_calls"] or 0) > 0}
     counted = [known.get(setting, math.nan) for setting in sweep]
     for target in targets:
-        places = beside(held, seconds, target)
+        places, loosest = beside(held, seconds, target)
         if places:
             settings = [[*sweep][place] for place in places]
             found = {
@@ -73,7 +73,7 @@ def reached(series: Sequence[Mapping[str, Any]], targets: Sequence[float] = TARG
             middle = geometric_mean(times.values())
             yield Reached(
                 target, middle, min(times.values()), max(times.values()), len(times), times,
-                crossing(held, seconds, target)[1], null / middle, crossing(held, counted, target)[0],
+                loosest, null / middle, crossing(held, counted, target)[0],
                 tuple(sorted(settings, reverse=True)),
             )  # fmt: skip
 
@@ -135,16 +135,16 @@ def time_at(errors: Sequence[float] | Floats, seconds: Sequence[float] | Floats,
     return crossing(credited(errors), seconds, target)
 
 
-def beside(held: Floats, seconds: Sequence[float] | Floats, target: float) -> list[int]:
-    """The places in a sweep of the settings on whose times `crossing` rests; none where a time is missing."""
+def beside(held: Floats, seconds: Sequence[float] | Floats, target: float) -> tuple[list[int], bool]:
+    """The places in a sweep of the settings on whose times `crossing` rests, and its flag; none where a time is missing."""
     found, loosest = crossing(held, seconds, target)
     if math.isnan(found):
-        return []
+        return [], loosest
     tight = np.flatnonzero(held <= target).tolist()
     least = min(tight, key=lambda place: math.inf if math.isnan(seconds[place]) else seconds[place])
     if seconds[least] <= found:
-        return [least]
-    return [tight[0]] if loosest else [tight[0] - 1, tight[0]]
+        return [least], loosest
+    return ([tight[0]] if loosest else [tight[0] - 1, tight[0]]), loosest
 
 
 def crossing(held: Floats, seconds: Sequence[float] | Floats, target: float) -> tuple[float, bool]:

@@ -119,21 +119,45 @@ def test_series_with_other_launches_are_charged_for_the_shared_effect() -> None:
     assert near.ratio == pytest.approx(far.ratio) == pytest.approx(1.3)
 
 
+def launched_with(rng: np.random.Generator, sizes: dict[str, float], count: int) -> list[Timed]:
+    """So many series of each integrator in six launches, with this scatter of the logarithm of a time."""
+    return [
+        Timed(name, {(1, n): math.exp(size * rng.standard_normal()) for n in range(6)})
+        for name, size in sizes.items()
+        for _ in range(count)
+    ]
+
+
 def test_a_class_has_its_own_scatter() -> None:
     """One library scatters by 20 %, another by 1 %: a pair of the second is told apart at a factor that the first's is not."""
     rng = np.random.default_rng(11)
     sizes = {"rough": 0.2, "fine": 0.01}
-    series = [
-        Timed(name, {(1, n): math.exp(size * rng.standard_normal()) for n in range(6)})
-        for name, size in sizes.items()
-        for _ in range(20)
-    ]
-    found = scatter_of(series)
+    found = scatter_of(launched_with(rng, sizes, 20))
     for name, size in sizes.items():
         assert math.sqrt(found.of((name, "", 2)).variance) == pytest.approx(size, rel=0.5)
         _, slower = compare([Timed(name, {(1, 1): 1.0}), Timed(name, {(1, 1): 1.2})], found)
         assert (slower.low > 1) == (name == "fine")
     assert [row["library"] for row in found.table()] == ["fine", "rough"]
+
+
+def test_calls_that_go_through_python_have_a_scatter_of_their_own() -> None:
+    """Of one library: `native` calls of SUNDIALS stay in C, those of `binding` call Python for each right-hand side."""
+    rng = np.random.default_rng(3)
+    sizes = {"sksundae:IDA [native]": 0.02, "sksundae:IDA [binding]": 0.2}
+    found = scatter_of(launched_with(rng, sizes, 30))
+    native, binding = (found.of(Timed(name, {(1, 1): 1.0}).kind).variance for name in sizes)
+    assert 6 < math.sqrt(binding / native) < 15
+    assert len(found.table()) == 2
+
+
+@pytest.mark.parametrize(
+    ("count", "of", "low", "high"), [(4, 4, 0.510, 1.0), (0, 4, 0.0, 0.490), (9, 10, 0.596, 0.982)]
+)
+def test_a_share_has_the_interval_of_wilson(count: int, of: int, low: float, high: float) -> None:
+    """The numbers are of SciPy's own code too."""
+    assert wilson(count / of, of) == pytest.approx((low, high), abs=5e-4)
+    own = binomtest(count, of).proportion_ci(method="wilson")
+    assert wilson(count / of, of) == pytest.approx((own.low, own.high), rel=1e-9, abs=1e-12)
 
 
 def test_a_series_with_launches_counts_by_its_own_scatter_too() -> None:
@@ -196,28 +220,3 @@ def test_nothing_measured_separates_nothing() -> None:
     assert signs(0, 0) == 1.0
     assert discoveries([]).tolist() == []
     assert discoveries([0.06, 1.0]).tolist() == [False, False]
-
-
-def test_calls_that_go_through_python_have_a_scatter_of_their_own() -> None:
-    """Of one library: `native` calls of SUNDIALS stay in C, those of `binding` call Python for each right-hand side."""
-    rng = np.random.default_rng(3)
-    sizes = {"sksundae:IDA [native]": 0.02, "sksundae:IDA [binding]": 0.2}
-    series = [
-        Timed(name, {(1, n): math.exp(size * rng.standard_normal()) for n in range(6)})
-        for name, size in sizes.items()
-        for _ in range(30)
-    ]
-    found = scatter_of(series)
-    native, binding = (found.of(Timed(name, {(1, 1): 1.0}).kind).variance for name in sizes)
-    assert 6 < math.sqrt(binding / native) < 15
-    assert len(found.table()) == 2
-
-
-@pytest.mark.parametrize(
-    ("count", "of", "low", "high"), [(4, 4, 0.510, 1.0), (0, 4, 0.0, 0.490), (9, 10, 0.596, 0.982)]
-)
-def test_a_share_has_the_interval_of_wilson(count: int, of: int, low: float, high: float) -> None:
-    """The numbers are of SciPy's own code too."""
-    assert wilson(count / of, of) == pytest.approx((low, high), abs=5e-4)
-    own = binomtest(count, of).proportion_ci(method="wilson")
-    assert wilson(count / of, of) == pytest.approx((own.low, own.high), rel=1e-9, abs=1e-12)
