@@ -262,6 +262,7 @@ class ParticleOnTorus(_OnSurface):
             "fast", "fast about the axis: a small vibration about the outer side", initial_state=("-0.1", 0, 0, 30)
         ),
         Variant("thin", "a thin tube, a = 1e-4 R: 420 swings in a turn", {"a": "2e-4"}, ("-0.6", 0, 0, "0.5")),
+        Variant("long_1e3", "1000 periods: phase errors of both coordinates", periods=1000.37),
         Variant("long_1e4", "10,000 periods: phase errors of both coordinates", periods=10000.37),
     )
     invariants = conserved(energy=torus_energy, angular_momentum=torus_momentum)

@@ -162,6 +162,7 @@ class KeplerOrbit(Case):
         ),
         Variant("plunge", "falls from rest until 0.07 % before the collision", initial_state=(1, 0, 0, 0), span="1.11"),
         # Spans whose 64 samples, rounded to 20 bits, fall on evenly spread phases.
+        Variant("orbits_1e3", "1000 orbits: growth of the phase error", span="6285.5"),
         Variant("orbits_1e4", "1e4 orbits: growth of the phase error", span=62833.4375),
         Variant("orbits_1e6", "1e6 orbits: drift by round-off", span=6283192),
         Variant("orbits_1e6_e09", "1e6 orbits at e = 0.9", initial_state=pericentre_start(0.9), span=6283192),

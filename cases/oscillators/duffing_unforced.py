@@ -56,6 +56,7 @@ class DuffingUnforced(Case):
         Variant("near_escape", "1e-12 below the escape speed", {"beta": "-0.5"}, (0, "0.999999999999"), periods=2.37),
         Variant("saddle_1e_8", "released 1e-8 m from the saddle", {"alpha": -1}, ("1e-8", 0), periods=0.9),
         Variant("saddle_1e_12", "released 1e-12 m from the saddle", {"alpha": -1}, ("1e-12", 0), periods=0.9),
+        Variant("long_1e3", "1000 periods: phase error", periods=1000.37),
         Variant("long_1e4", "10,000 periods: phase error", periods=10000.37),
     )
     invariants = conserved(energy=quartic_energy)

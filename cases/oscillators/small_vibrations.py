@@ -138,6 +138,7 @@ class SmallVibrationsChain(_Vibrating):
             initial_state=(1, 1.4142135623730951, 1, 0, 0, 0),
         ),
         Variant("middle_mode", "the middle mass stays at rest", initial_state=(1, 0, -1, 0, 0, 0)),
+        Variant("long_1e3", "1000 periods of the slowest mode: three phase errors", periods=1000.37),
         Variant("long_1e4", "10,000 periods of the slowest mode: three phase errors", periods=10000.37),
     )
     invariants = conserved(energy=chain_energy)

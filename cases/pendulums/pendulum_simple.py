@@ -69,6 +69,7 @@ class PendulumSimple(Case):
             initial_state=("3.141592653588793", 0),
             periods=0.45,
         ),
+        Variant("long_1e3", "1000 periods: phase error", periods=1000.37),
         Variant("long_1e4", "10,000 periods: phase error", periods=10000.37),
         Variant("long_1e6", "1,000,000 periods: phase error", periods=1000019.37),
         Variant(

@@ -79,6 +79,7 @@ class SphericalPendulumCase(Case):
         Variant("conical", "a circle up to 1e-6: two roots nearly coincide", {"h": "3.01713"}),
         Variant("thin_ellipse", "amplitude 0.01: precesses by (3/8)(ab/L^2) per radian", {"h": "1e-5"}, ("0.01", 0, 0)),
         Variant("upper_half", "starts above the point of suspension", {"h": 1}, ("2.5", 1, 0)),
+        Variant("long_1e3", "1000 polar periods: phase error", periods=1000.37),
         Variant("long_1e4", "10,000 polar periods: phase error", periods=10000.37),
     )
     invariants = conserved(energy=spherical_energy)

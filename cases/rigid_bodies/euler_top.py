@@ -108,6 +108,7 @@ class EulerTopCase(Case):
             spinning(1, "0.6", "0.8"),
         ),
         Variant("flat", "a flat body, I3 = I1 + I2", {"I1": 1, "I2": 2, "I3": 3}, spinning(1, "0.6", "0.8")),
+        Variant("revolutions_1e3", "1000 revolutions of w in the body: phase error", periods=1000.37),
         Variant("revolutions_1e4", "1e4 revolutions of w in the body: phase error", span="151902.75"),
         Variant("revolutions_1e5", "1e5 revolutions of w in the body: drift by round-off", span=1519002),
         Variant(
