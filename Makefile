@@ -88,10 +88,11 @@ engines: $(INSTALLED)
 	$(BIN)/gnomon run --suite engines --out runs/engines.sqlite
 	$(BIN)/python -m gnomon.harness.studies.league runs/engines.sqlite --out $(LOCAL)/engines.json
 
-# The recommended methods on systems drawn at random, which are no cases. The same command resumes; docs/theory/outside.md says
-# how a table is judged on them.
+# The recommended methods on systems drawn at random, which are no cases: 20 minutes on 2 cores. The same command resumes. Then
+# it judges the recommendations of the run of `make report`, whose next page shows it; docs/theory/outside.md says how.
 outside: $(INSTALLED)
 	$(BIN)/python -m gnomon.harness.own_systems.outside --out runs/outside.sqlite
+	$(BIN)/python -m gnomon.harness.own_systems.outside --out runs/outside.sqlite --judge runs/$(SUITE).sqlite --to $(LOCAL)/outside.json
 
 # What `gnomon verify` finds of all planted faults, and whether it fails what is right. Hours, in parts of minutes; the same
 # command resumes. Right integrators on a loaded machine: python tests/detection/measure.py --load 8.

@@ -2,8 +2,8 @@
 
 `python -m gnomon.harness.own_systems.outside --out runs/outside.sqlite` measures; an equal call goes on after an
 interruption, and no reference of a measured system is computed again. Then, without a measurement,
-`python -m gnomon.harness.own_systems.outside --out runs/outside.sqlite --judge recommendations.jsonl
---catalogue RUN.sqlite --to reports/outside.json` judges a table, and the order of the libraries that a run publishes.
+`python -m gnomon.harness.own_systems.outside --out runs/outside.sqlite --judge RUN.sqlite --to reports/outside.json` judges
+what a run of the catalogue recommends, and its order of the libraries.
 """
 
 from __future__ import annotations
@@ -30,8 +30,9 @@ from gnomon.harness.results import reading, study_file
 from gnomon.harness.results.advice import outside
 from gnomon.harness.results.advice.needs import SUBJECTS
 from gnomon.harness.results.contenders import OURS
+from gnomon.harness.results.opening import results_file
 from gnomon.harness.results.store import Store
-from gnomon.harness.running import plan
+from gnomon.harness.running import plan, recommending
 from gnomon.harness.running.planned_run import run
 from gnomon.harness.system.progress import Progress
 from gnomon.harness.system.streams import has_terminal
@@ -139,8 +140,8 @@ def ended(path: Path, seed: int | None = None) -> dict[str, Ended]:
     return found
 
 
-def judged(path: Path, table: Path, catalogue: Path | None) -> dict[str, Any]:
-    """The judgement of a table on a results file, with what was dropped and where it was measured.
+def judged(path: Path, catalogue: Path) -> dict[str, Any]:
+    """The judgement of a run of the catalogue on a results file, with what was dropped and where it was measured.
 
     Raises ValueError for a file without systems, and for a file that has not all of its draw.
     """
@@ -159,15 +160,16 @@ def judged(path: Path, table: Path, catalogue: Path | None) -> dict[str, Any]:
         name: outside.System(one.need, one.family, one.half) for name, one in drawn.items() if not done[name].why
     }
     last = [one for one in reading.runs(path) if one["suite"] == SUITE][-1]
-    pairs = None if catalogue is None else outside.order_of(catalogue)
-    told, answers = outside.read_table(table)
-    margin = told.get("margin", 1.0)
-    chosen = None if margin == 1 else (margin, (told.get("outside") or {}).get("margins", []))
-    found = outside.judge(reading.rows(path), systems, answers, pairs, chosen)
+    measured = outside.measurements(results_file(catalogue))
+    found = outside.judge(
+        outside.Trials(reading.rows(path), systems),
+        lambda margin: recommending.answers(measured, margin),
+        outside.published_order(measured),
+    )
     dropped = [{"name": name, "why": one.why} for name, one in done.items() if one.why]
-    head = {"seed": seed, "drawn": len(drawn), "dropped": dropped}
-    where = {"revision": last["environment"].get("revision"), "cpu": last["environment"].get("cpu")}
-    return head | found | where | {"date": str(last["ended"] or last["started"])[:10]}
+    made_by = {name: value for name, value in last["environment"].items() if not name.startswith(NOTE)}
+    made_by["date"] = str(last["ended"] or last["started"])[:10]
+    return {"environment": made_by, "seed": seed, "drawn": len(drawn), "dropped": dropped} | found
 
 
 def main(words: Sequence[str] | None = None) -> None:
@@ -176,13 +178,12 @@ def main(words: Sequence[str] | None = None) -> None:
     parser.add_argument("--out", type=Path, required=True, metavar="FILE", help="results file (.sqlite)")
     parser.add_argument("--limit", type=float, default=LIMIT_SECONDS, metavar="S", help="limit of a trial (s)")
     parser.add_argument("--only", nargs="+", default=[], metavar="NAME", help="systems or families, for a try")
-    parser.add_argument("--judge", type=Path, metavar="TABLE", help="judge this table; measure nothing")
-    parser.add_argument("--catalogue", type=Path, metavar="RUN", help="with --judge: the results file of the table")
+    parser.add_argument("--judge", type=Path, metavar="RUN", help="judge this run of the catalogue; measure nothing")
     parser.add_argument("--to", type=Path, default=Path("reports/outside.json"), metavar="FILE")
     given = parser.parse_args(words)
     try:
         if given.judge is not None:
-            found = judged(given.out, given.judge, given.catalogue)
+            found = judged(given.out, given.judge)
             study_file.write(found, given.to)
             print(sentence(found))
             return
@@ -202,7 +203,7 @@ def sentence(found: Mapping[str, Any]) -> str:
     if not of["of"]:
         return f"{text} in no trial that counts"
     text += f" in {of['held']} of {of['of']} trials ({_percent(of)})"
-    if by_order and by_order["of"]:
+    if by_order["of"]:
         text += f", and the published order of two libraries holds in {by_order['held']} of {by_order['of']} ({_percent(by_order)})"
     return text
 

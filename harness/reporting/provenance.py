@@ -21,9 +21,10 @@ MADE_BY = {
     "stability.json": "make stability",
     "engines.json": "make engines",
     "verification.json": "make verification",
+    "outside.json": "make outside",
 }
 """The files of a publication beside the results, and the command that makes each again."""
-TIMED = ("benchmarks.json", "engines.json")
+TIMED = ("benchmarks.json", "engines.json", "outside.json")
 """Of these, the files with times that a page shows."""
 NOT_VERSIONS = ("machine", "cpu", "cores", "system", "sources", "revision", "date")
 """What an environment names besides versions."""

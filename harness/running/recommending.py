@@ -55,16 +55,9 @@ def write_table(run: Run, to: Path, outside: Path | None = None) -> Path:
     Raises ValueError if it is larger than MOST_BYTES, and for measurements from several sources or machines, which one head
     cannot name.
     """
-    measured = Measurements(run.equal, run.frame, kind_of(run.forms))
     tried = None if outside is None else _trial(outside)
     margin = 1.0 if tried is None else float(tried["margin"])
-    found = needs(measured, list(SUBJECTS.values()), TARGETS, margin)
-    rows = [
-        {"subject": need.subject.key, "error": need.error, **_row(answer)}
-        for need in found
-        for answer in need.answers
-        if answer.division != YOURS
-    ]
+    rows = answers(Measurements(run.equal, run.frame, kind_of(run.forms)), margin)
     named = dict.fromkeys(name for row in rows for name in (*row["methods"], *row.get("better", {}).get("methods", ())))
     known = lookup.own()
     parts = [{"method": name, "forms": form_names(known[name])} for name in named]
@@ -76,6 +69,16 @@ def write_table(run: Run, to: Path, outside: Path | None = None) -> Path:
     with diskcache.whole(to) as part:
         part.write_text(text, encoding="utf-8")
     return to
+
+
+def answers(measured: Measurements, margin: float = 1.0) -> list[dict[str, Any]]:
+    """The rows of the table: for each subject, error and library an answer, whose reliable tolerances have a margin."""
+    return [
+        {"subject": need.subject.key, "error": need.error, **_row(answer)}
+        for need in needs(measured, list(SUBJECTS.values()), TARGETS, margin)
+        for answer in need.answers
+        if answer.division != YOURS
+    ]
 
 
 def _trial(path: Path) -> dict[str, Any]:

@@ -77,6 +77,9 @@ LEAGUE = {
 }  # fmt: skip
 
 
+SHARE = {"held": 9, "of": 10, "systems": 5, "share": 0.9, "low": 0.42, "high": 0.99}
+
+
 def files(revisions: Mapping[str, str | None] = {}) -> dict[str, Any]:
     """The contents of each file, with its revision where one is given."""
     at = {name: {"revision": revisions[name]} if name in revisions else {} for name in ROWS}
@@ -94,6 +97,7 @@ ROWS: dict[str, dict[str, Any]] = {
     "certificates.json": {"rows": [CERTIFICATE]},
     "checks.json": {"rows": [COMPUTATION]},
     "verification.json": {"not_measured": {}, "survivors_without_reason": []},
+    "outside.json": {"margin": 0.1, "share": SHARE, "order": SHARE},
 }
 
 

@@ -79,6 +79,8 @@ def _recommend(subject: str, error: float | None, chosen: Sequence[str]) -> None
     table = recommendations.read()
     out.print(f"[bold]{escape(found.title)}, error at most {found.error:g}[/]", highlight=False)
     out.print(found.about, highlight=False, markup=False)
+    for word, other in found.further.items():
+        out.print(f"For {word!r} see also: gnomon recommend {other}", highlight=False, markup=False)
     for row in found.rows:
         own = row["library"] == recommendations.OURS
         if own and len(found.rows) > 1:

@@ -27,11 +27,11 @@ def need_cards(found: Representatives) -> list[dict[str, Any]]:
 
 
 def _card(need: Need, present: Set[str]) -> dict[str, Any]:
-    """A card in words. `present`: the libraries that ran at all."""
+    """A card in words, of the libraries that are `present`: those that ran at all."""
     answers = [
-        _line(one) | ({} if one.tried or one.library not in present else {"why": NONE})
+        _line(one) | ({} if one.tried else {"why": NONE})
         for one in need.answers
-        if one.methods or one.tried
+        if one.tried or (one.methods and one.library in present)
     ]
     methods = dict.fromkeys(name for one in need.answers if one.recommended for name in one.methods)
     known = lookup.everything()

@@ -20,7 +20,7 @@ from gnomon.reference.storage import diskcache
 RAW, MOST_BYTES = Path("runs/raw.parquet"), 20_000_000
 """The raw results as a table, and the largest size of this file."""
 OUTSIDE = "outside.json"
-"""The published file of the trial on systems outside of the catalogue, beside the page."""
+"""The file of the trial on systems outside of the catalogue, whose margin the table has."""
 TABLE = Path("harness/results/advice/recommendations.jsonl")
 """The table of `gnomon recommend`, in the repository from which the publication is made."""
 
@@ -114,8 +114,7 @@ def assemble(found: Found, to: Path, raw: Path = RAW, table: Path = TABLE) -> Pa
     told = _raw(found, raw) | {"environment": made_by}
     contents = {name: path.read_bytes() for name, path in found.files.items()}
     table.parent.mkdir(parents=True, exist_ok=True)
-    outside = to / OUTSIDE
-    recommending.write_table(Run.read(found.results), table, outside if outside.is_file() else None)
+    recommending.write_table(Run.read(found.results), table, found.files.get(OUTSIDE))
     if engine_facts.FILE in found.files:
         of_engines = sidecars.read(found.files[engine_facts.FILE])
         study_file.write(engine_facts.installed(of_engines), table.with_name(engine_facts.FILE))

@@ -90,6 +90,14 @@ PARTS = (
         ("gnomon stability --depth high --panel long_time --out {}/stability.json",), (), True,
     ),
     Part("stability", "stability.json", 43, ("gnomon stability --depth high --out {}/stability.json",), (), True),
+    Part(
+        "outside", "outside.json", 22,
+        (
+            "python -m gnomon.harness.own_systems.outside --out {}/outside.sqlite",
+            f"python -m gnomon.harness.own_systems.outside --out {{}}/outside.sqlite --judge {{}}/{RESULTS} --to {{}}/outside.json",
+        ),
+        (), True,
+    ),
     Part("verification_right", "verification.json", 75, (f"{_MEASURE} --only right",), (), True, SPOILED),
     Part("verification", "verification.json", 25, (_MEASURE,), (), True, SPOILED),
 )  # fmt: skip

@@ -1,4 +1,4 @@
-"""Judges a table of recommendations on systems outside the catalogue: does its setting reach the error, does its order hold?
+"""Judges recommendations on systems outside the catalogue: does its setting reach the error, does its order hold?
 
 The systems are drawn at random (`own_systems.drawn`) and measured by `own_systems.outside`. One half of them chooses the
 margin, the factor from the tightest setting of the catalogue to the one to rely on; the other half, which chose nothing,
@@ -6,10 +6,9 @@ gives the shares that are published. Systems are independent and pairs of a syst
 on the number of systems.
 """
 
-import json
 import math
 import statistics
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from pathlib import Path
@@ -134,9 +133,9 @@ def recommended(rows: Iterable[Row]) -> dict[tuple[str, float, str], Row]:
 def reliable(answer: Row, method: str, factor: float = 1.0) -> float:
     """The setting to rely on of a method of an answer, tightened by a further factor, which steps do not have.
 
-    A table names one for each of its methods; of one that it does not name, it is the tightest setting of the answer.
+    An answer names one for each of its methods; of one that it does not name, it is the first one's.
     """
-    first = answer.get("reliable", {"kind": answer["setting"]["kind"], "value": answer["tightest"]})
+    first = answer["reliable"]
     one = next((each for each in first.get("others", ()) if each["method"] == method), first)
     return float(one["relative"] if one["kind"] == "step" else one["value"] * factor)
 
@@ -214,14 +213,14 @@ def published_order(measured: Measurements, errors: Sequence[float] = ERRORS) ->
     return [pair for (pair, _), holds in zip(found, held, strict=True) if holds and pair.ratio >= EQUAL_WITHIN]
 
 
-def order_of(path: Path) -> list[Pair]:
-    """The pairs that a results file of the catalogue publishes."""
+def measurements(path: Path) -> Measurements:
+    """The measurements of the catalogue in a results file."""
     frame = analysis.tidy(reading.load(path))
     forms = {str(case): set(of) for case, of in frame.groupby("case")["form"]}
     forms |= {
         name: {type(form).__name__ for form in cases.get(name).all_forms()} for name in forms if name in cases.names()
     }
-    return published_order(Measurements(analysis.equal_error(frame), analysis.own_spans(frame), kind_of(forms)))
+    return Measurements(analysis.equal_error(frame), analysis.own_spans(frame), kind_of(forms))
 
 
 def _pair(
@@ -250,23 +249,16 @@ def order(trials: Trials, pairs: Sequence[Pair], halves: Sequence[str]) -> list[
     return found
 
 
-def judge(
-    rows: Iterable[Row],
-    systems: Mapping[str, System],
-    answers: Iterable[Row],
-    pairs: Sequence[Pair] | None,
-    chosen: tuple[float, list[dict[str, Any]]] | None = None,
-) -> dict[str, Any]:
-    """The judgement of a table, as it is published: the margin, the shares of both settings, the order, what missed.
+def judge(trials: Trials, answers: Callable[[float], Iterable[Row]], pairs: Sequence[Pair]) -> dict[str, Any]:
+    """The judgement of the answers of a run of the catalogue: the margin, the shares of both settings, the order, what missed.
 
-    `rows`: a results file; `systems`: those that were drawn and measured; `answers`: the rows of a table; `pairs`: the
-    published order, None if it is not known; `chosen`: the margin that the settings of the table have already, with the
-    shares by which it was chosen; None if it has none, and one is chosen here.
+    `answers`: the rows of the table with a margin; `pairs`: the published order.
     """
-    trials, known = Trials(rows, systems), recommended(answers)
-    margin, margins = choose_margin(trials, known) if chosen is None else chosen
-    tests = tried(trials, known, TEST, margin if chosen is None else 1.0)
-    found: dict[str, Any] = {
+    margin, margins = choose_margin(trials, recommended(answers(1.0)))
+    known = recommended(answers(margin))
+    tests = tried(trials, known, TEST)
+    by_need, of_all = order(trials, pairs, [TEST]), order(trials, pairs, HALVES)
+    return {
         "systems": len(trials.systems),
         "margin": margin,
         "margins": margins,
@@ -276,17 +268,14 @@ def judge(
         "by_library": _by("library", [(one.library, one.system, one.held) for one in tests]),
         "by_error": _by("error", [(one.error, one.system, one.held) for one in tests]),
         "median_share": share([(one.system, one.held) for one in tried(trials, known, TEST, None)]),
-        "order": None,
-        "misses": [_miss(one) for one in tests if not one.held],
-    }
-    if pairs is not None:
-        by_need, of_all = order(trials, pairs, [TEST]), order(trials, pairs, HALVES)
-        found["order"] = share([(system, holds) for _, system, holds in by_need]) | {
+        "order": share([(system, holds) for _, system, holds in by_need])
+        | {
             "pairs": len(pairs),
             "by_need": _by("need", by_need),
             "all": share([(system, holds) for _, system, holds in of_all]),
-        }
-    return found
+        },
+        "misses": [_miss(one) for one in tests if not one.held],
+    }
 
 
 def _by(name: str, outcomes: Sequence[tuple[Any, str, bool]]) -> list[dict[str, Any]]:
@@ -301,15 +290,3 @@ def _miss(one: Trial) -> dict[str, Any]:
     """A trial that does not reach its error, for a file: what has no number is None."""
     row = {"system": one.system, "need": one.need, "library": one.library, "error": one.error, "setting": one.setting}
     return row | {"found": one.found if math.isfinite(one.found) else None, "status": one.status}
-
-
-def read_table(path: Path) -> tuple[dict[str, Any], list[dict[str, Any]]]:
-    """The head and the answers of a table of recommendations. Raises ValueError for another file."""
-    try:
-        head, *rows = [json.loads(line) for line in path.read_text("utf-8").splitlines()]
-        found = [row for row in rows if "subject" in row]
-    except (OSError, TypeError, ValueError) as error:
-        raise ValueError(f"{path}: no table of recommendations ({error})") from None
-    if not found:
-        raise ValueError(f"{path}: it has no answers; give a table as recommendations.jsonl")
-    return head, found

@@ -6,7 +6,7 @@ each method accepts; each further line is an answer of `needs`: a subject, an er
 
 import json
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import cache
@@ -50,6 +50,8 @@ class Found:
     about: str
     error: float
     rows: Sequence[Mapping[str, Any]]
+    further: Mapping[str, str]
+    """Words of the question that lead to other subjects, with these subjects."""
 
 
 @cache
@@ -105,13 +107,8 @@ def subject(phrase: str) -> str:
     Of a longer phrase the name with most words counts, as "double pendulum" in "a driven double pendulum". Raises
     ValueError, with the subjects, for other phrases, and if such names lead to several subjects.
     """
-    table = declared("results", "advice/needs.toml")
-    known: dict[str, str] = {}
-    for key, row in table.items():
-        kinds = [name for name in row.get("kinds", ()) if name not in ("smooth", "events")]
-        known |= dict.fromkeys([*kinds, *row.get("words", ()), row["title"], key], key)
-    wanted = _plain(phrase)
-    held = [name for name in known if f" {_plain(name)} " in f" {wanted} "]
+    known = _names()
+    held = _names_in(phrase, known)
     longest = max((len(_plain(name).split()) for name in held), default=0)
     found = {known[name]: name for name in held if len(_plain(name).split()) == longest}
     if len(found) == 1:
@@ -121,7 +118,40 @@ def subject(phrase: str) -> str:
         raise ValueError(f"{phrase!r} leads to several subjects, {leads}; name one")
     close = get_close_matches(phrase.lower(), known, cutoff=CLOSE)
     hint = f" (did you mean {' or '.join(close)}?)" if close else ""
-    raise ValueError(f"no subject is called {phrase!r}{hint}; the subjects are {', '.join(table)}")
+    raise ValueError(f"no subject is called {phrase!r}{hint}; the subjects are {', '.join(subjects())}")
+
+
+def further_subjects(phrase: str) -> dict[str, str]:
+    """The names of a phrase that lead to other subjects than `subject` finds, with these subjects.
+
+    >>> further_subjects("double pendulum with friction")
+    {'friction': 'events'}
+    """
+    known, key = _names(), subject(phrase)
+    held = _names_in(phrase, known)
+    return {
+        name: known[name]
+        for name in held
+        if known[name] != key and not any(name != other and _within(name, other) for other in held)
+    }
+
+
+def _names() -> dict[str, str]:
+    """The subject of each of its names."""
+    known: dict[str, str] = {}
+    for key, row in declared("results", "advice/needs.toml").items():
+        kinds = [name for name in row.get("kinds", ()) if name not in ("smooth", "events")]
+        known |= dict.fromkeys([*kinds, *row.get("words", ()), row["title"], key], key)
+    return known
+
+
+def _names_in(phrase: str, known: Iterable[str]) -> list[str]:
+    return [name for name in known if _within(name, phrase)]
+
+
+def _within(name: str, phrase: str) -> bool:
+    """Whether the words of a name stand together in a phrase."""
+    return f" {_plain(name)} " in f" {_plain(phrase)} "
 
 
 def _plain(phrase: str) -> str:
@@ -165,4 +195,4 @@ def find(word: str, error: float | None = None, libraries: Sequence[str] = ()) -
         for one in table.rows
         if one["subject"] == key and one["error"] == levels[0] and (not chosen or one["library"] in chosen)
     ]
-    return Found(key, row["title"], row["about"], levels[0], rows)
+    return Found(key, row["title"], row["about"], levels[0], rows, further_subjects(word))

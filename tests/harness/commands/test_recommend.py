@@ -304,6 +304,13 @@ def test_of_a_phrase_the_longest_name_counts(phrase: str, key: str) -> None:
     assert recommendations.subject(phrase) == key
 
 
+def test_words_that_lead_elsewhere_are_named_beside_the_answer(capfd: pytest.CaptureFixture[str]) -> None:
+    """A pendulum with dry friction is a question on events too; a satellite's attitude is none on orbits."""
+    assert recommendations.further_subjects("satellite attitude") == {}
+    assert recommendations.further_subjects("double pendulum with friction") == {"friction": "events"}
+    assert "gnomon recommend events" in told(capfd, "double pendulum with friction")
+
+
 def test_a_word_belongs_to_one_subject_and_names_no_other_one() -> None:
     words = [(word, key) for key, one in needs.SUBJECTS.items() for word in one.words]
     assert len(words) >= 5 * len(needs.SUBJECTS)

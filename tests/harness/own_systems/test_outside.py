@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import synthetic
 from gnomon.harness.adapters.libraries import LIBRARIES
 from gnomon.harness.own_systems import outside
 from gnomon.harness.own_systems.drawn import SEED, Drawn, draw
@@ -73,44 +74,57 @@ def test_systems_of_another_seed_do_not_mix(measured: Path) -> None:
         outside.measure(measured, SYSTEMS, SEED + 1, 300.0, Progress(quiet=True))
 
 
-def table(path: Path) -> Path:
-    """Every error by the tolerance 1e-12."""
-    rows = [{"revision": "any"}] + [
-        {"subject": "accurate", "error": error, "library": "scipy", "why": "", "systems": 6, "tightest": 1e-12}
+def table(measured: Any, margin: float = 1.0) -> list[dict[str, Any]]:
+    """Every error by the tolerance 1e-12; the median setting is 1e-3."""
+    return [
+        {"subject": "accurate", "error": error, "library": "scipy", "why": "", "systems": 6}
         | {"setting": {"kind": "tolerance", "relative": 1e-3}}
+        | {"reliable": {"method": "scipy:DOP853", "kind": "tolerance", "value": 1e-12}}
         for error in (1e-3, 1e-6, 1e-9)
     ]
-    path.write_text("\n".join(map(json.dumps, rows)))
-    return path
 
 
-def test_a_table_is_judged_without_a_measurement(
-    measured: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+@pytest.fixture
+def catalogue(tmp_path: Path) -> Path:
+    """A run of one case by two methods."""
+    integrators = [
+        ("scipy", "DOP853", "", 8, "tolerance", 4e-6, ""),
+        ("heyoka", "Taylor", "", 8, "tolerance", 1e-7, ""),
+    ]
+    return synthetic.write(
+        tmp_path / "run.sqlite", {"pendulum_simple": ("pendulum_simple", "1", 2, ("default",))}, integrators
+    )
+
+
+def test_a_run_is_judged_without_a_measurement(
+    measured: Path, catalogue: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """The file has what is published, and the command prints the share of it."""
     before = measured.read_bytes()
     dropped = {name for name, one in outside.ended(measured).items() if one.why}
     systems = [*SYSTEMS, *(system(name) for name in dropped - {one.name for one in SYSTEMS})]
     monkeypatch.setattr(outside, "draw", lambda seed=SEED: systems)
+    monkeypatch.setattr(outside.recommending, "answers", table)
     to = tmp_path / "outside.json"
-    outside.main(["--out", str(measured), "--judge", str(table(tmp_path / "table.jsonl")), "--to", str(to)])
+    outside.main(["--out", str(measured), "--judge", str(catalogue), "--to", str(to)])
     found = json.loads(to.read_text())
     assert (found["seed"], found["drawn"], found["systems"]) == (SEED, len(systems), 2)
     assert {one["name"] for one in found["dropped"]} == dropped
     assert (found["share"]["held"], found["share"]["of"]) == (6, 6)
     assert found["median_share"]["held"] < 6
-    assert found["order"] is None
-    assert {"revision", "date", "cpu", "by_need", "by_library", "misses"} <= set(found)
+    assert found["order"]["of"] == 0
+    assert {"environment", "by_need", "by_library", "misses"} <= set(found)
+    assert {"sources", "machine", "cpu", "date"} <= set(found["environment"])
     assert "6 of 6" in capsys.readouterr().out
     assert measured.read_bytes() == before
 
 
-def test_a_part_of_the_draw_is_not_judged(measured: Path, tmp_path: Path) -> None:
+def test_a_part_of_the_draw_is_not_judged(measured: Path, catalogue: Path, tmp_path: Path) -> None:
     """A share of the systems that happened to be measured first is no share of the draw."""
     with pytest.raises(ValueError, match="are not measured yet"):
-        outside.judged(measured, table(tmp_path / "table.jsonl"), None)
+        outside.judged(measured, catalogue)
     with pytest.raises(ValueError, match="no systems were measured"):
-        outside.judged(tmp_path / "none.sqlite", table(tmp_path / "table.jsonl"), None)
+        outside.judged(tmp_path / "none.sqlite", catalogue)
 
 
 @pytest.mark.parametrize(

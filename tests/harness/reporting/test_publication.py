@@ -61,7 +61,7 @@ PARTS = (
     tiny("certificates", "certificates.json", "checks.json"),
     *(
         tiny(name, f"{name}.json")
-        for name in ("benchmarks", "orders", "growth", "engines", "stability", "verification")
+        for name in ("benchmarks", "orders", "growth", "engines", "stability", "verification", "outside")
     ),
 )
 
@@ -136,10 +136,11 @@ def test_all_parts_are_measured_once_and_assembled_with_their_origin(
     for line in (REPORTS / "requirements.txt").read_text().splitlines():
         assert line.startswith("#") or re.fullmatch(r"[\w.-]+==[^\s=]+", line)
         assert line.startswith("#") or Requirement(line).specifier
-    table = recommending.write_table(Run.read(place.folder / RESULTS), Path("table.jsonl"))
+    table = recommending.write_table(Run.read(place.folder / RESULTS), Path("table.jsonl"), REPORTS / "outside.json")
     assert assembly.TABLE.read_bytes() == table.read_bytes(), "recommendations are of the same results"
     head = json.loads(table.read_text().splitlines()[0])
     assert {name: head[name] for name in NOW} == NOW
+    assert head["margin"] == 0.1, "the table has the margin that the trial outside of the catalogue found"
     (entry,) = publications.read(REPORTS / "history.json")
     assert entry.environment["suite"] in head["suites"]
     assert entry.numbers["order/gnomon:RK4"] == 3.9487

@@ -36,11 +36,21 @@ def answers(need: str = "accurate", tightest: float = 1.0, kind: str = "toleranc
     return [
         {
             **{"subject": need, "error": error, "library": library, "why": "", "systems": 6},
-            **{"tightest": error * tightest, "setting": {"kind": kind, "relative": 10 * error * tightest}},
+            "setting": {"kind": kind, "relative": 10 * error * tightest},
+            "reliable": {"method": f"{library}:any", "kind": kind, "value": error * tightest},
         }
         for error in ERRORS
         for library in LIBRARIES
     ]
+
+
+def judged(rows: list[Row], systems: dict[str, System], table: list[Row], pairs: Sequence[Pair] = ()) -> dict[str, Any]:
+    """The judgement of a table, whose tolerances a margin tightens."""
+
+    def tightened(margin: float) -> list[Row]:
+        return [row | {"reliable": row["reliable"] | {"value": row["reliable"]["value"] * margin}} for row in table]
+
+    return outside.judge(outside.Trials(rows, systems), tightened, pairs)
 
 
 def halves(count: int, need: str = "accurate") -> dict[str, System]:
@@ -64,7 +74,7 @@ def rows_of(systems: dict[str, System], factors: Sequence[float]) -> list[Row]:
 def test_the_margin_makes_up_for_errors_that_are_larger_than_in_the_catalogue(factor: float, margin: float) -> None:
     """In the catalogue the tolerance is the error; outside, errors are `factor` tolerances."""
     systems = halves(5)
-    found = outside.judge(rows_of(systems, [factor]), systems, answers(), None)
+    found = judged(rows_of(systems, [factor]), systems, answers())
     assert found["margin"] == margin
     assert found["share"]["share"] == 1
     assert found["share"]["of"] == 5 * len(LIBRARIES) * len(ERRORS)
@@ -79,7 +89,7 @@ def test_the_margin_is_chosen_on_one_half_and_tested_on_the_other() -> None:
         for name, one in systems.items()
         for row in sweep(name, "scipy", 0.5 if one.half == outside.MARGIN else 50.0)
     ]
-    found = outside.judge(rows, systems, answers(), None)
+    found = judged(rows, systems, answers())
     assert found["margin"] == 1
     assert found["share"]["held"] == 0
     assert {one["system"] for one in found["misses"]} == {f"test {k}" for k in range(4)}
@@ -90,13 +100,13 @@ def test_the_margin_is_chosen_on_one_half_and_tested_on_the_other() -> None:
 def test_one_trial_in_forty_may_fail_with_the_margin(wrong: int, margin: float) -> None:
     """Of 40 systems one or two have errors that are ten times larger: 97.5 % or 95 % hold without a margin."""
     systems = {str(k): System("accurate", "family", outside.MARGIN) for k in range(40)}
-    found = outside.judge(rows_of(systems, [5.0] * wrong + [0.5] * (40 - wrong)), systems, answers(), None)
+    found = judged(rows_of(systems, [5.0] * wrong + [0.5] * (40 - wrong)), systems, answers())
     assert found["margin"] == margin
 
 
 def test_without_an_enough_margin_the_one_with_the_largest_share_is_taken() -> None:
     systems = halves(4)
-    found = outside.judge(rows_of(systems, [1e5, 0.5, 0.5, 0.5]), systems, answers(), None)
+    found = judged(rows_of(systems, [1e5, 0.5, 0.5, 0.5]), systems, answers())
     shares = [one["share"] for one in found["margins"]]
     assert [one["margin"] for one in found["margins"]] == list(MARGINS)
     assert max(shares) < outside.WANTED
@@ -119,14 +129,14 @@ def test_each_method_of_an_answer_has_its_own_setting() -> None:
     assert outside.reliable(answer, "scipy:other", 0.1) == pytest.approx(1e-9)
 
 
-def test_a_table_with_a_margin_is_judged_as_it_stands() -> None:
-    """Its settings are tightened already: what is published is tried, and not tightened again."""
+def test_the_shares_are_of_the_settings_that_are_published_with_the_margin() -> None:
+    """The table may round a tightened tolerance to one that was measured: what it then names is tried."""
     systems = halves(3)
-    rows, table = rows_of(systems, [5.0]), answers(tightest=0.1)
-    shares = [{"margin": 0.1, "share": 1.0}]
-    found = outside.judge(rows, systems, table, None, (0.1, shares))
-    assert (found["margin"], found["margins"], found["share"]["share"]) == (0.1, shares, 1.0)
-    assert outside.judge(rows, systems, answers(tightest=1.0), None, (0.1, shares))["share"]["share"] == 0
+    trials = outside.Trials(rows_of(systems, [5.0]), systems)
+    found = outside.judge(trials, lambda margin: answers(tightest=1.0 if margin == 1 else 1e-3), [])
+    assert (found["margin"], found["share"]["share"]) == (0.1, 1.0)
+    found = outside.judge(trials, lambda margin: answers(tightest=1.0), [])
+    assert (found["margin"], found["share"]["share"]) == (0.1, 0.0)
 
 
 def test_a_step_is_compared_over_the_time_scale() -> None:
@@ -155,7 +165,7 @@ def test_an_error_that_binary64_or_the_reference_cannot_tell_does_not_count(colu
     rows = sweep(
         "a", "scipy", 1e9, **{column: 2e-7 / (outside.ROUND_OFF if column == "conditioning" else outside.FLOOR)}
     )
-    found = outside.judge(rows, systems, answers(), None)
+    found = judged(rows, systems, answers())
     assert {one["error"] for one in found["misses"]} == {1e-3, 1e-6}
     assert found["share"]["of"] == 2
 
@@ -164,7 +174,7 @@ def test_an_error_that_binary64_or_the_reference_cannot_tell_does_not_count(colu
 def test_a_setting_without_a_good_solution_is_a_miss(status: str) -> None:
     """Also where an error was stored: the motion left the exact one."""
     systems = {"a": System("accurate", "family", outside.TEST)}
-    found = outside.judge(sweep("a", "scipy", 1e-3, status=status), systems, answers(), None)
+    found = judged(sweep("a", "scipy", 1e-3, status=status), systems, answers())
     assert (found["share"]["held"], found["share"]["of"]) == (0, 3)
     assert {(one["found"], one["status"]) for one in found["misses"]} == {(None, status)}
     json.dumps(found, allow_nan=False)
@@ -174,7 +184,7 @@ def test_a_setting_without_a_good_solution_is_a_miss(status: str) -> None:
 def test_a_method_that_did_not_run_is_no_trial(status: str) -> None:
     systems = {name: System("accurate", "family", outside.TEST) for name in "ab"}
     rows = [*sweep("a", "scipy", 0.5), *sweep("a", "heyoka", 0.5, status=status)]
-    found = outside.judge(rows, systems, answers(), None)
+    found = judged(rows, systems, answers())
     assert [one["library"] for one in found["by_library"]] == ["scipy"]
     assert found["systems"] == 1
 
@@ -183,23 +193,23 @@ def test_an_answer_without_a_recommendation_is_no_trial() -> None:
     systems = halves(2)
     table = [row | ({"why": "no method"} if row["library"] == "heyoka" else {}) for row in answers()]
     table = [row | ({"systems": 0} if row["error"] == 1e-9 else {}) for row in table]
-    found = outside.judge(rows_of(systems, [0.5]), systems, table, None)
+    found = judged(rows_of(systems, [0.5]), systems, table)
     assert [one["library"] for one in found["by_library"]] == ["scipy"]
     assert found["share"]["of"] == 4
 
 
 def test_a_system_counts_for_its_own_need_alone() -> None:
     systems = halves(2, "rigid")
-    found = outside.judge(rows_of(systems, [0.5]), systems, [*answers("accurate"), *answers("rigid", 1e-3)], None)
+    found = judged(rows_of(systems, [0.5]), systems, [*answers("accurate"), *answers("rigid", 1e-3)])
     assert [one["need"] for one in found["by_need"]] == ["rigid"]
-    found = outside.judge(rows_of(systems, [0.5]), systems, answers("accurate"), None)
+    found = judged(rows_of(systems, [0.5]), systems, answers("accurate"))
     assert found["share"] == {"held": 0, "of": 0, "systems": 0, "share": None, "low": None, "high": None}
 
 
 def test_the_median_setting_is_judged_beside_the_reliable_one() -> None:
     """Errors of half a tolerance: the tightest setting holds, the median one, ten times looser, does not."""
     systems = halves(3)
-    found = outside.judge(rows_of(systems, [0.5]), systems, answers(), None)
+    found = judged(rows_of(systems, [0.5]), systems, answers())
     assert found["share"]["share"] == 1
     assert found["median_share"]["share"] == pytest.approx(1 / 3)  # the loosest setting is at 1e-3 held anyway
 
@@ -230,7 +240,7 @@ def test_the_order_holds_where_the_faster_library_is_faster() -> None:
         for row in sweep(name, library, 0.5, seconds)
     ]
     pairs = [Pair("accurate", 1e-6, "heyoka", "scipy", 10.0), Pair("rigid", 1e-6, "scipy", "heyoka", 10.0)]
-    found = outside.judge(rows, systems, answers(), pairs)["order"]
+    found = judged(rows, systems, answers(), pairs)["order"]
     assert (found["held"], found["of"], found["pairs"]) == (3, 4, 2)
     assert (found["all"]["held"], found["all"]["of"]) == (7, 8)
     assert [one["need"] for one in found["by_need"]] == ["accurate"]
@@ -239,7 +249,7 @@ def test_the_order_holds_where_the_faster_library_is_faster() -> None:
 def test_a_system_on_which_a_library_does_not_reach_the_error_has_no_order() -> None:
     systems = halves(1)
     rows = [*sweep("test 0", "scipy", 0.5), *sweep("test 0", "heyoka", 1e9)]
-    found = outside.judge(rows, systems, answers(), [Pair("accurate", 1e-6, "scipy", "heyoka", 2.0)])["order"]
+    found = judged(rows, systems, answers(), [Pair("accurate", 1e-6, "scipy", "heyoka", 2.0)])["order"]
     assert found["of"] == 0
 
 
@@ -263,14 +273,7 @@ def test_the_published_order_is_of_the_catalogue(tmp_path: Path) -> None:
         name, _, policy = name.partition(" [")
         integrators.append((library, name, policy.rstrip("]"), 8, "tolerance", cost, ""))
     path = synthetic.write(tmp_path / "run.sqlite", {name: (name, "1", 2, ("default",)) for name in names}, integrators)
-    found = outside.order_of(path)
+    found = outside.published_order(outside.measurements(path))
     assert {(pair.faster, pair.slower) for pair in found} == {("heyoka", "scipy"), ("sksundae", "scipy")}
     assert {"position", "smooth", "accurate"} <= {pair.need for pair in found}
     assert all(pair.ratio > 20 for pair in found)
-
-
-def test_a_file_that_is_no_table_is_named(tmp_path: Path) -> None:
-    for text in ("", "no JSON", '{"revision": "1"}'):
-        (tmp_path / "table.jsonl").write_text(text)
-        with pytest.raises(ValueError, match=r"table\.jsonl"):
-            outside.read_table(tmp_path / "table.jsonl")
