@@ -7,6 +7,7 @@ import ast
 import inspect
 import json
 import os
+import re
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -30,7 +31,7 @@ from gnomon import cases
 from gnomon.harness.adapters import sundials
 from gnomon.harness.measuring.settings import sweep_settings
 from gnomon.harness.contract.integrator import Refused
-from gnomon.harness.contract.problem import accepted_form, problem_of
+from gnomon.harness.contract.problem import find_accepted_form, problem_of
 from gnomon.harness.integrators.gauss.gauss_fast_ensemble import advance_eight
 from gnomon.harness.kernels import emission, machine, rewriting
 from gnomon.harness.registry import lookup
@@ -61,7 +62,7 @@ machine.code = lambda key, names, emit: SimpleNamespace(addresses=dict.fromkeys(
 
 @cache
 def offering(kind):
-    offers = (case for name in cases.names() if accepted_form(case := cases.get(name), (kind,)) is not None)
+    offers = (case for name in cases.names() if find_accepted_form(case := cases.get(name), (kind,)) is not None)
     return next((case.rounded() for case in offers), None)
 
 
@@ -76,7 +77,7 @@ for method in lookup.own().values():
                     one.prepare(problem, setting)
                     if hasattr(one, "by_newton"):
                         one.by_newton(problem, setting, 1)
-sundials.compiled(0)
+sundials.compile_functions(0)
 visit(advance_eight)  # which the first ensemble compiles
 json.dump(sorted(texts), sys.stdout)
 """
@@ -144,3 +145,37 @@ def test_functions_are_short_and_take_few_parameters_unless_they_are_compiled(tm
             where = f"{path.relative_to(ROOT)}:{function.lineno} {function.name}"
             found.append(f"{where}: {lines} lines, {parameters(function)} parameters")
     assert not found, f"more than {MOST_LINES} lines or {MOST_PARAMETERS} parameters: {'; '.join(found)}"
+
+
+PARTICIPLE = re.compile(
+    r"_*([a-z]+ed|found|said|told|made|kept|held|given|taken|chosen|shown|known|written|lost|seen|grown)(_|$)"
+)
+NO_PARTICIPLES = ("speed_of_light", "need_fork")
+FLAG = re.compile(r"_*((is|has|are|can)_|[a-z]+s(_|$))")
+
+
+def top_level() -> Iterator[tuple[str, ast.FunctionDef | ast.AsyncFunctionDef]]:
+    """The functions of the modules of harness, with their places."""
+    for path in sorted((ROOT / "harness").rglob("*.py")):
+        for node in ast.parse(path.read_text(encoding="utf-8")).body:
+            if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+                yield f"{path.relative_to(ROOT)}:{node.lineno} {node.name}", node
+
+
+def test_a_function_is_a_verb() -> None:
+    """A participle leaves open whether it makes, finds, tells or asks: `measured` stood for all of them."""
+    found = [place for place, one in top_level() if PARTICIPLE.match(one.name) and one.name not in NO_PARTICIPLES]
+    assert not found, f"say what the function does to what, as measure_growth: {'; '.join(found)}"
+
+
+def test_a_question_is_a_flag() -> None:
+    """A function that says whether something is so reads as a statement: `is_stiff`, `has_ended`, `takes_a_jacobian`."""
+    found = [
+        place
+        for place, one in top_level()
+        if isinstance(one.returns, ast.Name)
+        and one.returns.id == "bool"
+        and (ast.get_docstring(one) or "Whether").startswith("Whether")
+        and not FLAG.match(one.name)
+    ]
+    assert not found, f"begin with is_, has_, are_, can_ or a verb in the third person: {'; '.join(found)}"

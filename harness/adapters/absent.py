@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from gnomon.harness.contract.declared import declared
+from gnomon.harness.contract.declared import read_declared
 
 
 @dataclass(frozen=True)
@@ -15,4 +15,4 @@ class Absent:
     """The name by which README.md mentions it, if it does."""
 
 
-ABSENT = tuple(Absent(**row) for row in declared("adapters", "absent.toml")["absent"])
+ABSENT = tuple(Absent(**row) for row in read_declared("adapters", "absent.toml")["absent"])

@@ -8,7 +8,7 @@ from hashlib import sha256
 from pathlib import Path
 
 from gnomon.harness.kernels import machine
-from gnomon.harness.kernels.compiling import announced, cache_folder
+from gnomon.harness.kernels.compiling import announce, cache_folder
 from gnomon.reference.storage import cachefolder
 
 
@@ -34,7 +34,7 @@ def load_compiled(
         if kept is None:
             for name, source in files.items():
                 (Path(folder) / name).write_bytes(source)
-            with announced():
+            with announce():
                 command = [compiler, *options, *files, "-o", path.name]
                 done = subprocess.run(command, cwd=folder, capture_output=True, text=True)
             if done.returncode:

@@ -32,7 +32,7 @@ from gnomon.cases.core.arithmetic import FUNCTIONS, rebind
 from gnomon.cases.core.forms import FirstOrder
 from gnomon.harness.adapters.installed import Installed
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solution, Solver, Tolerance, Unsupported
-from gnomon.harness.contract.sources import cached_by_content
+from gnomon.harness.contract.sources import cache_by_content
 from gnomon.harness.contract.validation import require_positive
 
 STEPS = 500_000
@@ -64,13 +64,13 @@ class Tsit5(Installed):
         sizes = problem.dimension, len(problem.times), len(problem.parameters)
         equations = problem.form.equations
         numbers = np.append(problem.t0, problem.times), problem.parameters, setting * np.array([1.0, self.atol_ratio])
-        one = compiled(self.name, equations, sizes)
+        one = compile_solver(self.name, equations, sizes)
         with jax.enable_x64(True):
             given = jax.device_put(numbers)  # at each call JAX would convert them again
 
         def solve(initial_states: Floats) -> Solution:
             many = len(initial_states) if len(initial_states) >= ENSEMBLE else 0
-            function = compiled(self.name, equations, sizes, many) if many else one
+            function = compile_solver(self.name, equations, sizes, many) if many else one
             states = np.empty((len(initial_states), len(problem.times), problem.dimension))
             steps, reasons = 0, []
             with jax.enable_x64(True):
@@ -99,8 +99,8 @@ class Kvaerno5(Tsit5):
     name = "Kvaerno5"
 
 
-@cached_by_content
-def compiled(method: str, equations: Callable[..., Any], sizes: tuple[int, int, int], ensemble: int = 0) -> Any:
+@cache_by_content
+def compile_solver(method: str, equations: Callable[..., Any], sizes: tuple[int, int, int], ensemble: int = 0) -> Any:
     """A compiled function (start, times, parameters, (rtol, atol)) -> states, steps, success, result.
 
     The times begin with the time of the start. `sizes`: the numbers of components, samples and parameters. `ensemble`:

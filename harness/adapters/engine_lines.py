@@ -46,13 +46,13 @@ def on_scene(one: SceneIntegrator, case: Case) -> dict[str, str] | None:
     if case.scene is None or one.unsupported(case.scene) is not None:
         return None
     try:
-        whole, half = recorded(one, case, DT), recorded(one, case, DT / 2)
+        whole, half = record_options(one, case, DT), record_options(one, case, DT / 2)
     except Refused:
         return None
     return {option: code(value, half[option], DT) for option, value in whole.items()}
 
 
-def recorded(one: SceneIntegrator, case: Case, dt: float) -> dict[str, Any]:
+def record_options(one: SceneIntegrator, case: Case, dt: float) -> dict[str, Any]:
     """The options that are recorded once the scene is built."""
     problem = problem_of(case.rounded(), one.accepts).since_start()
     assert isinstance(problem.form, SceneForm)

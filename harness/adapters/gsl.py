@@ -81,7 +81,7 @@ def follow(apply: int, driver: int, at: int, y: int, times: Floats, state: Float
     return 0
 
 
-def compiled() -> dict[str, int]:
+def compile_functions() -> dict[str, int]:
     """The addresses of the functions that GSL calls, compiled once for all problems."""
     functions = (slopes, "float int int int"), (partial, "float int int int int")
     return c_functions(functions, (("NOT_FINITE", NOT_FINITE),))
@@ -135,7 +135,7 @@ class Stepper(Installed):
             if kernel is None:
                 raise Refused(f"{self.name} needs derivatives, and these equations cannot be traced; take msadams")
             user[JACOBIAN] = kernel.address
-        system = System(compiled()["slopes"], compiled()["partial"], n, user.ctypes.data)
+        system = System(compile_functions()["slopes"], compile_functions()["partial"], n, user.ctypes.data)
         first_step = sizes.get("first_step", FIRST_STEP * problem.time_scale)
         kind = ctypes.c_void_p.in_dll(c, f"gsl_odeiv2_step_{self.name}")
         driver = c.gsl_odeiv2_driver_alloc_y_new(ctypes.byref(system), kind, first_step, setting, setting)
@@ -160,7 +160,7 @@ class Stepper(Installed):
             state[:], reached.value = start, problem.t0
             c.gsl_odeiv2_driver_reset_hstart(driver, first_step)
             code = run(*given, times, state, samples)
-            return evolution.count, f"{named(code)} at t = {reached.value:g}" if code else None
+            return evolution.count, f"{name_code(code)} at t = {reached.value:g}" if code else None
 
         return Solver(each_start(problem, solve_one), {"eps_rel": setting, "eps_abs": setting} | sizes, close=close)
 
@@ -214,7 +214,7 @@ def interface() -> tuple[ctypes.CDLL, str]:
     return c, str((ctypes.c_char_p.in_dll(c, "gsl_version").value or b"").decode())
 
 
-def named(code: int) -> str:
+def name_code(code: int) -> str:
     """The library's words for a return code."""
     if code == NOT_FINITE:
         return "a derivative is not finite"

@@ -217,7 +217,7 @@ class Code(Installed):
     words: ClassVar[Mapping[str, str]]
 
     def versions(self) -> Mapping[str, str]:
-        sources, compiler = found(self.name, self.needs)
+        sources, compiler = find_files(self.name, self.needs)
         return {self.name: sha256(b"".join(sources.values())).hexdigest()[:12], "gfortran": version_of(compiler)}
 
     def prepare(self, problem: Problem, setting: float) -> Solver:
@@ -325,7 +325,7 @@ def reason(facts: Facts) -> str:
     return f"{REASONS.get(facts.idid, f'IDID = {facts.idid}')}, at t = {facts.time:g}"
 
 
-def found(name: str, needs: tuple[tuple[str, ...], ...]) -> tuple[dict[str, bytes], str]:
+def find_files(name: str, needs: tuple[tuple[str, ...], ...]) -> tuple[dict[str, bytes], str]:
     """The files of a code, and the compiler. Raises ImportError if one of them is missing."""
     folder, compiler = os.environ.get(FOLDER), shutil.which("gfortran")
     if compiler is None:
@@ -348,7 +348,7 @@ def version_of(compiler: str) -> str:
 @cache
 def interface(code: type[Code]) -> "ctypes._NamedFuncPointer":
     """The function `solve` of SOURCE with a code. Raises ImportError if a file or the compiler is missing."""
-    sources, compiler = found(code.name, code.needs)
+    sources, compiler = find_files(code.name, code.needs)
     text = SOURCE
     for word, value in {**code.words, "too_small": f"{TOO_SMALL}"}.items():
         text = text.replace("{" + word + "}", value)

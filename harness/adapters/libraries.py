@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from typing import Any
 
-from gnomon.harness.contract.declared import declared
+from gnomon.harness.contract.declared import read_declared
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ def _read(name: str, table: Mapping[str, Any]) -> Library:
     return Library(name, **row)
 
 
-LIBRARIES = {name: _read(name, table) for name, table in declared("adapters", "libraries.toml").items()}
+LIBRARIES = {name: _read(name, table) for name, table in read_declared("adapters", "libraries.toml").items()}
 """By name, in the order in which gnomon lists them."""
 
 

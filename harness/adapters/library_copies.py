@@ -44,7 +44,7 @@ README_MARK = "<!-- `make libraries` writes the next line. -->\n"
 def page() -> str:
     """The text of PAGE."""
     rows = [
-        f"| {one.title} | `{one.name}:` | `{one.requirement}` | {_installed(one)} | {one.licence} |\n"
+        f"| {one.title} | `{one.name}:` | `{one.requirement}` | {_say_installed(one)} | {one.licence} |\n"
         for one in LIBRARIES.values()
     ]
     driven = [f"\n### {one.title}\n\n{one.driven.strip()}\n" for one in LIBRARIES.values() if one.driven]
@@ -59,7 +59,7 @@ def readme(text: str) -> str:
     return re.sub(rf"(?<={README_MARK}).*", line, text)
 
 
-def _installed(library: Library) -> str:
+def _say_installed(library: Library) -> str:
     if library.debian:
         return f"by the system; Debian: `{library.debian}`"
     wheels = "" if library.last_wheels is None else "; its wheels end with CPython {}.{}".format(*library.last_wheels)

@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 import numpy as np
 from gnomon.cases.core.forms import FirstOrder, Hybrid, Mode, Transition
 from gnomon.harness.adapters import scipy_ivp
-from gnomon.harness.adapters.scipy_ivp import Function, SolveIvp, recorded
+from gnomon.harness.adapters.scipy_ivp import Function, SolveIvp, record_options
 from gnomon.harness.contract.accumulation import MOST_RAPID, accumulation
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solution, Solver
 from gnomon.harness.kernels.equations import function_kernel
@@ -63,9 +63,9 @@ class SolveIvpEvents(SolveIvp):
         given = {
             option if option == "max_step" else f"{option} in {name}": value
             for name, side in sides.items()
-            for option, value in recorded(side.options).items()
+            for option, value in record_options(side.options).items()
         }
-        return Solver(solve, recorded(options) | given)
+        return Solver(solve, record_options(options) | given)
 
 
 class Side:

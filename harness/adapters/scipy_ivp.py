@@ -97,7 +97,7 @@ class SolveIvp(Installed):
             samples[: len(reached)] = reached
             return None, None if found.success else reason(found.message, said)
 
-        return Solver(each_start(problem, solve_one), recorded(options))
+        return Solver(each_start(problem, solve_one), record_options(options))
 
 
 def step_sizes(integrator: Integrator, longest: str = "max_step", first: str = "first_step") -> dict[str, float]:
@@ -123,7 +123,7 @@ def jacobian_of(form: FirstOrder, dimension: int, buffer: Floats) -> Function | 
     return lambda t, y: function(t, y).reshape(dimension, dimension)
 
 
-def recorded(options: Mapping[str, Any]) -> dict[str, Any]:
+def record_options(options: Mapping[str, Any]) -> dict[str, Any]:
     """The options given to SciPy, with the word "compiled" for a function."""
     return {name: "compiled" if callable(value) else value for name, value in options.items() if name != "method"}
 

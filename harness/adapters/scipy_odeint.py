@@ -26,7 +26,7 @@ from gnomon.harness.adapters.scipy_ivp import (
     SMALLEST,
     STEP_SIZES,
     jacobian_of,
-    recorded,
+    record_options,
     right_hand_side_of,
     step_sizes,
 )
@@ -83,7 +83,7 @@ class Odeint(Installed):
             samples[:reached] = found[1 : reached + 1]
             return int(facts["nst"][reached]), f"{facts['message']} at t = {facts['tcur'][reached]:g}"
 
-        return Solver(each_start(problem, solve_one), recorded(options))
+        return Solver(each_start(problem, solve_one), record_options(options))
 
 
 INTEGRATORS: tuple[type[Integrator], ...] = (Odeint,)

@@ -172,7 +172,7 @@ def follow(
     return 0
 
 
-def compiled(data: int) -> dict[str, int]:
+def compile_functions(data: int) -> dict[str, int]:
     """The addresses of the functions that SUNDIALS calls, compiled once for all problems and each place of numbers."""
     functions = (
         (slope, "float int int int"), (residual, "float int int int int"), (partial, "float int int int int int int int"),
@@ -337,7 +337,7 @@ class Session:
 
     def __init__(self, solver: str, dimension: int, parts: "Parts") -> None:
         self.solver, self.dimension, self.c, self.data = solver, dimension, parts.functions, parts.data
-        self.functions = compiled(self.data)
+        self.functions = compile_functions(self.data)
         held = ExitStack()
         self._held, self.close = held, weakref.finalize(self, held.close)
         self.context, self.memory, self.reached = ctypes.c_void_p(), ctypes.c_void_p(), ctypes.c_double()

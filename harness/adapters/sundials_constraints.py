@@ -42,7 +42,7 @@ SIZE = 0
 """The number of variables, which is compiled in."""
 
 
-def stabilised(t: Any, y: Any, slope: Any, out: Any, user: Any) -> int:
+def stabilise(t: Any, y: Any, slope: Any, out: Any, user: Any) -> int:
     """The equations of IDA: the compiled function takes variables and slopes in one array."""
     both = np.empty(2 * SIZE)
     given, rates, found = numbers(y, SIZE), numbers(slope, SIZE), numbers(out, SIZE)
@@ -123,7 +123,7 @@ class IdaOnConstraints(Native):
         dense, slopes, marks = session.dense(), session.vector(slope), session.vector(differential)
         session.begin()
         session.user[EQUATIONS] = kernel.address
-        functions = c_functions(((stabilised, "float int int int int"),), (("DATA", DATA), ("SIZE", size)))
+        functions = c_functions(((stabilise, "float int int int int"),), (("DATA", DATA), ("SIZE", size)))
         t0, y, state, given = problem.t0, session.y, session.state, problem.parameters
         session.set("Init", functions["stabilised"], t0, y, slopes)
         session.set("SetId", marks)

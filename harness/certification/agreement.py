@@ -27,7 +27,7 @@ RESIDUAL_DIGITS = 120
 """Digits of the states in a residual: after 40 for the step, 80 are left, which stiff equations may need."""
 
 
-def asked(case: Case) -> int:
+def find_asked_digits(case: Case) -> int:
     """Number of digits to which the case's motion is evaluated."""
     return DIGITS if case.certified_digits >= REQUIRED else case.certified_digits + SPARE
 
@@ -44,7 +44,7 @@ def sizes(case: Case) -> tuple[float, ...]:
     return tuple(largest[coordinate.group] for coordinate in case.state)
 
 
-def agreed(differences: Iterable[tuple[Any, Any]]) -> float:
+def count_agreed_digits(differences: Iterable[tuple[Any, Any]]) -> float:
     """The smallest number of decimal digits in which pairs (difference, size) agree, at most DIGITS."""
     worst = max((abs(difference) / size for difference, size in differences), default=0)
     with working(20) as mp:
@@ -73,23 +73,23 @@ def residual(case: Case, equations: Equations, t: Fraction, constants: tuple[flo
     A central difference over h time scales loses log10(1/h) digits by cancellation and has an error of h^2, so
     log10(1/h) is a third of the digits.
     """
-    digits = RESIDUAL_DIGITS if case.certified_digits >= REQUIRED else 2 * asked(case)
+    digits = RESIDUAL_DIGITS if case.certified_digits >= REQUIRED else 2 * find_asked_digits(case)
     h = exact(case.time_scale) / 10 ** (digits // 3)
     before, here, after = (case.exact(s, digits) for s in (t - h, t, t + h))
     with working(digits) as mp:
         rebound = rebind(equations, mpmath_arithmetic(mp))
         parameters = tuple(mp.mpf(v) for v in (*case.parameter_values(), *map(Fraction, constants)))
         rates = rebound(mp.mpf(t), tuple(map(mp.mpf, here)), parameters)
-        return agreed(
+        return count_agreed_digits(
             (((mp.mpf(b) - mp.mpf(a)) / (2 * mp.mpf(h)) - rate) * case.time_scale, size)
             for a, b, rate, size in zip(before, after, rates, sizes(case), strict=True)
         )
 
 
-def agreed_states(case: Case, pairs: Iterable[tuple[Sequence[Any], Sequence[Any]]]) -> float:
+def count_agreed_in_states(case: Case, pairs: Iterable[tuple[Sequence[Any], Sequence[Any]]]) -> float:
     """Digits in which the two states of each pair agree."""
     with working(4 * DIGITS) as mp:
-        return agreed(
+        return count_agreed_digits(
             (mp.mpf(a) - mp.mpf(b), size)
             for one, other in pairs
             for a, b, size in zip(one, other, sizes(case), strict=True)
@@ -98,4 +98,6 @@ def agreed_states(case: Case, pairs: Iterable[tuple[Sequence[Any], Sequence[Any]
 
 def against(case: Case, states: dict[Fraction, tuple[Fraction, ...]]) -> float:
     """Digits in which the exact motion agrees with `states`, by time, computed in another way."""
-    return agreed_states(case, ((case.exact(t, asked(case)), state) for t, state in states.items()))
+    return count_agreed_in_states(
+        case, ((case.exact(t, find_asked_digits(case)), state) for t, state in states.items())
+    )

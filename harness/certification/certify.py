@@ -83,7 +83,7 @@ def certify(case: Case) -> Certificate:
     equations = agreement.first_order_equations(case)
     ways["residual"] = min(start(case), *(agreement.residual(case, equations, t) for t in times))
     short = case.span <= INTEGRATED_SCALES * exact(case.fastest_time)
-    ways |= _integrated(case) if short or case.certified_digits < agreement.REQUIRED else long_ways(case, times)
+    ways |= _integrate(case) if short or case.certified_digits < agreement.REQUIRED else long_ways(case, times)
     enclosed = ball_digits(case, times[1::2])
     if enclosed is not None:
         ways["ball"] = enclosed
@@ -106,7 +106,7 @@ def _note(case: Case, ways: dict[str, float]) -> str:
 
 def write(certificates: Iterable[Certificate], path: Path) -> None:
     """Write the certificates as JSON for the report: one row for each, with the revision of the sources."""
-    made_by = environment.recorded()
+    made_by = environment.record()
     rows = [asdict(c) | {"passed": c.passed, "revision": made_by.get("revision")} for c in certificates]
     study_file.write({"environment": made_by, "rows": rows}, path)
 
@@ -118,17 +118,23 @@ def _random_times(case: Case) -> list[Fraction]:
 
 
 def rounding(case: Case, times: Sequence[Fraction]) -> float:
-    many = 3 * agreement.DIGITS if case.certified_digits >= agreement.REQUIRED else 2 * agreement.asked(case)
-    return agreement.agreed_states(case, ((case.exact(t, agreement.asked(case)), case.exact(t, many)) for t in times))
+    many = (
+        3 * agreement.DIGITS if case.certified_digits >= agreement.REQUIRED else 2 * agreement.find_asked_digits(case)
+    )
+    return agreement.count_agreed_in_states(
+        case, ((case.exact(t, agreement.find_asked_digits(case)), case.exact(t, many)) for t in times)
+    )
 
 
 def start(case: Case) -> float:
     """The digits of the initial state in the motion itself: `case.exact` takes it from the declaration."""
     state = case.motion().state if type(case).exact is Case.exact else case.exact
-    return agreement.agreed_states(case, [(state(0, 2 * agreement.asked(case)), case.initial_state)])
+    return agreement.count_agreed_in_states(
+        case, [(state(0, 2 * agreement.find_asked_digits(case)), case.initial_state)]
+    )
 
 
-def _integrated(case: Case) -> dict[str, float]:
+def _integrate(case: Case) -> dict[str, float]:
     """`taylor`, or `extrapolation` for a motion that is a Taylor integration itself, at TAYLOR_STOPS times."""
     times = [case.span * k / TAYLOR_STOPS for k in range(1, TAYLOR_STOPS + 1)]
     field = agreement.series_field(agreement.first_order_equations(case), case.parameter_values())
@@ -139,7 +145,10 @@ def _integrated(case: Case) -> dict[str, float]:
         motion = case.motion()
         # Each step's error grows as any other does: a chaotic motion would keep half of the digits.
         lost = 1 + math.ceil(motion.growth(case.span)) if isinstance(motion, CertifiedMotion) else 0
-        way, found = "extrapolation", extrapolate(field, case.initial_state, times, agreement.asked(case) + lost, step)
+        way, found = (
+            "extrapolation",
+            extrapolate(field, case.initial_state, times, agreement.find_asked_digits(case) + lost, step),
+        )
     return {way: agreement.against(case, dict(zip(times, found, strict=True)))}
 
 
@@ -152,10 +161,10 @@ def ball_digits(case: Case, times: Sequence[Fraction]) -> float | None:
             return None
         with working(2 * agreement.DIGITS) as mp:
             for value, (middle, radius), size in zip(
-                case.exact(t, agreement.asked(case)), enclosed, agreement.sizes(case), strict=True
+                case.exact(t, agreement.find_asked_digits(case)), enclosed, agreement.sizes(case), strict=True
             ):
                 pairs.append((abs(mp.mpf(value) - mp.mpf(middle)) + mp.mpf(radius), size))
-    return agreement.agreed(pairs)
+    return agreement.count_agreed_digits(pairs)
 
 
 def invariants(case: Case, times: Sequence[Fraction]) -> float:
@@ -174,11 +183,11 @@ def invariants(case: Case, times: Sequence[Fraction]) -> float:
             function = rebind(invariant.function, mpmath_arithmetic(mp))
             first = function(mp.mpf(0), start, parameters)[0]
             for t in times:
-                state = tuple(map(mp.mpf, case.exact(t, agreement.asked(case) + 10)))
+                state = tuple(map(mp.mpf, case.exact(t, agreement.find_asked_digits(case) + 10)))
                 value = function(mp.mpf(t), state, parameters)[0]
                 size = max(abs(first), *_changes(mp, case, function, t, state, parameters))
                 pairs.append((value - first, float(size) or 1.0))
-    return agreement.agreed(pairs)
+    return agreement.count_agreed_digits(pairs)
 
 
 def _changes(mp: Any, case: Case, function: Equations, t: Fraction, state: Any, parameters: Any) -> Iterable[Any]:

@@ -27,16 +27,18 @@ def certify_check(check: Check) -> CheckCertificate:
     """Certify a check: `independent` is another way to the same quantities, `rounding` has three times the digits."""
     exact = check.exact(DIGITS)
     ways = {
-        "independent": agreed(check, exact, check.independent(DIGITS)),
-        "rounding": agreed(check, exact, check.exact(3 * DIGITS)),
+        "independent": count_agreed_digits(check, exact, check.independent(DIGITS)),
+        "rounding": count_agreed_digits(check, exact, check.exact(3 * DIGITS)),
     }
     return CheckCertificate(check.name, check.variant or "default", ways)
 
 
-def agreed(check: Check, first: dict[str, Any], second: dict[str, Any]) -> float:
+def count_agreed_digits(check: Check, first: dict[str, Any], second: dict[str, Any]) -> float:
     """The fewest decimal digits in which two sets of results agree, at most DIGITS; 0 if their names differ."""
     if first.keys() != second.keys():
         return 0.0
     sizes = check.sizes(first)
     with working(2 * DIGITS) as mp:
-        return agreement.agreed((mp.mpf(first[name]) - mp.mpf(second[name]), mp.mpf(sizes[name])) for name in first)
+        return agreement.count_agreed_digits(
+            (mp.mpf(first[name]) - mp.mpf(second[name]), mp.mpf(sizes[name])) for name in first
+        )

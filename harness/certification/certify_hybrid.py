@@ -7,7 +7,15 @@ from typing import Any
 from gnomon.cases.core.arithmetic import mpmath_arithmetic, rebind
 from gnomon.cases.core.case import Case, Event
 from gnomon.cases.core.forms import Hybrid, Mode, Transition
-from gnomon.harness.certification.agreement import DIGITS, against, agreed, agreed_states, residual, series_field, sizes
+from gnomon.harness.certification.agreement import (
+    DIGITS,
+    against,
+    count_agreed_digits,
+    count_agreed_in_states,
+    residual,
+    series_field,
+    sizes,
+)
 from gnomon.reference.numerics.precision import exact, working
 from gnomon.reference.numerics.taylor import integrate
 
@@ -67,5 +75,5 @@ def _flight_taylor(case: Case, flight: _Flight) -> float:
     with working(3 * DIGITS) as mp:
         at = mp.mpf(flight.end), tuple(map(mp.mpf, event.before)), tuple(map(mp.mpf, case.parameter_values()))
         guard, reset = (rebind(f, mpmath_arithmetic(mp))(*at) for f in (transition.guard, transition.reset))
-        states = agreed_states(case, [(event.before, found), (reset, event.after)])
-        return min(states, agreed([(guard[0], max(sizes(case)))]))
+        states = count_agreed_in_states(case, [(event.before, found), (reset, event.after)])
+        return min(states, count_agreed_digits([(guard[0], max(sizes(case)))]))

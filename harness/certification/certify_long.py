@@ -58,8 +58,10 @@ def group(case: Case) -> float | None:
             rest = case.with_numbers([exact(x) for x in case.exact(t, 3 * agreement.DIGITS)], case.parameters)
         except ValueError:
             return None
-        pairs.append((rest.exact(t, agreement.asked(case)), case.exact(2 * t, agreement.asked(case))))
-    return agreement.agreed_states(case, pairs)
+        pairs.append(
+            (rest.exact(t, agreement.find_asked_digits(case)), case.exact(2 * t, agreement.find_asked_digits(case)))
+        )
+    return agreement.count_agreed_in_states(case, pairs)
 
 
 def seams(case: Case) -> float | None:

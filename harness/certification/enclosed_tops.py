@@ -20,20 +20,20 @@ def heavy_top(motion: LagrangeTop, t: Fraction, digits: int) -> Balls | None:
     None for upright, hanging, steady and homoclinic motions.
     """
     top = motion._top()
-    if _special(top):
+    if _is_special(top):
         return None
     (theta, rate), tilt = _tilt(top, ball(t), digits)
-    precession, spin = _turned(top, ball(motion.I3), tilt)
+    precession, spin = _enclose_turn(top, ball(motion.I3), tilt)
     return [theta, rate, ball(motion.phi) + precession, ball(motion.psi) + spin]
 
 
 def top_attitude(motion: TopAttitude, t: Fraction, digits: int) -> Balls | None:
     """The angles of the heavy top, converted to rates in the body and a product of rotation matrices."""
     top = motion._top() if motion._square else None
-    if top is None or _special(top):
+    if top is None or _is_special(top):
         return None
     (theta, rate), tilt = _tilt(top, ball(t), digits)
-    precession, spin = _turned(top, ball(motion.I3), tilt)
+    precession, spin = _enclose_turn(top, ball(motion.I3), tilt)
     x, y, _ = motion._vertical
     psi = flint.arb.atan2(ball(x), ball(y))
     before = _euler(flint.arb(0), flint.arb.atan2((1 - top.u * top.u).sqrt(), top.u), psi)
@@ -44,11 +44,11 @@ def top_attitude(motion: TopAttitude, t: Fraction, digits: int) -> Balls | None:
     return [*rates, *(flint.arb_mat(3, 3, [ball(v) for v in motion.attitude]) * turn).entries()]
 
 
-def _special(top: Any) -> bool:
+def _is_special(top: Any) -> bool:
     return bool(top.up or top.down or top.steady or top.homoclinic)
 
 
-def _turned(top: Any, axial: Any, tilt: Callable[[Callable[[Any, Any], Any]], Any]) -> tuple[Any, Any]:
+def _enclose_turn(top: Any, axial: Any, tilt: Callable[[Callable[[Any, Any], Any]], Any]) -> tuple[Any, Any]:
     """The angles of precession and spin since the start."""
     a, b, moment = top.a, top.b, top.moment
     return (

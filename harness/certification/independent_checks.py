@@ -67,7 +67,7 @@ def everything() -> list[Check]:
 
 def write(rows: Iterable[Mapping[str, Any]], path: Path) -> None:
     """Write the rows as JSON for the report, with the environment of their measurement."""
-    study_file.write({"environment": environment.recorded(), "rows": [*rows]}, path)
+    study_file.write({"environment": environment.record(), "rows": [*rows]}, path)
 
 
 def _measure(check: Check, computation: IndependentComputation, repeats: int) -> list[tuple[Any, ...]]:

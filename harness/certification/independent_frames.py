@@ -51,7 +51,7 @@ def plumb_doubles(p: Numbers) -> Quantities:
 
 
 @independent("Rotation, second differences", "scipy", "frame_transformation")
-def turned_differences(p: Numbers) -> Quantities:
+def differentiate_turned(p: Numbers) -> Quantities:
     """scipy's Rotation applied to the path, and second differences with a step that suits the rate of rotation."""
     r0, v0, c = (np.array([p[name + axis] for axis in "xyz"]) for name in "rvc")
 
@@ -69,7 +69,7 @@ def turned_differences(p: Numbers) -> Quantities:
 
 
 @independent("Rotation", "scipy", "material_frame_indifference")
-def rotated_force(p: Numbers) -> Quantities:
+def rotate_force(p: Numbers) -> Quantities:
     """scipy's Rotation applied to both particles, then the force law to their difference."""
     turn = Rotation.from_euler("ZX", [p["alpha"], p["beta"]])
     shift = np.array([p["s" + axis] for axis in "xyz"])

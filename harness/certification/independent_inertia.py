@@ -47,7 +47,7 @@ def cubature(p: Numbers) -> Quantities:
 
 
 @independent("nquad", "scipy", BODY)
-def nested(p: Numbers) -> Quantities:
+def integrate_nested(p: Numbers) -> Quantities:
     """scipy.integrate.nquad: nested QUADPACK, one moment at a time; of the box only, at the loose default tolerance."""
     ranges = list(zip(*_edges(BODIES["box"]), strict=True))
     return _one_at_a_time("box", p, lambda integrand: integrate.nquad(integrand, ranges)[0])

@@ -93,7 +93,7 @@ class Cluster:
 
 
 @contextmanager
-def connected(address: str, workers: int) -> Iterator[Cluster]:
+def connect(address: str, workers: int) -> Iterator[Cluster]:
     """Connect to the cluster at the address of a scheduler, or for `local` start `workers` processes on this machine.
 
     Raises ValueError if Dask is not installed, or if no scheduler answers.

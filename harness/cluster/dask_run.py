@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from gnomon.cases import Case
-from gnomon.harness.cluster.connection import Cluster, Lost, connected
+from gnomon.harness.cluster.connection import Cluster, Lost, connect
 from gnomon.harness.cluster.identity import identity
 from gnomon.harness.cluster.task import Differs, Group, Packed, Row, execute, pack, rows
 from gnomon.harness.contract.integrator import Integrator
@@ -21,7 +21,7 @@ from gnomon.harness.measuring.score import Scorer
 from gnomon.harness.registry import environment
 from gnomon.harness.registry.references import reference
 from gnomon.harness.results.store import Store
-from gnomon.harness.running.cost import divided, predicted_seconds
+from gnomon.harness.running.cost import divide, predict_seconds
 from gnomon.harness.running.plan import Series, Suite, Trial
 from gnomon.harness.running.planned_run import PlannedRun, Work, open_run
 from gnomon.harness.running.sweep import Sweep
@@ -52,7 +52,7 @@ def run(
     path = Path(out) / "results.sqlite" if Path(out).suffix != ".sqlite" else Path(out)
     progress = progress or Progress(quiet=True)
     client = identity([case for case, _ in chosen], integrators)
-    with connected(address, workers) as cluster:
+    with connect(address, workers) as cluster:
         cluster.compare(client)
         with open_run(path, suite, chosen, integrators, progress, near_duplicates) as run_:
             _Distributed(run_, cluster, client).run()
@@ -101,8 +101,8 @@ class _Distributed:
         run_ = self.run_
         pending = [work for work in run_.work if not self._finished(*work)]
         pending.sort(key=lambda work: work[0].id)
-        costs = [predicted_seconds(one, run_.suite, run_.near_duplicates) for one, _, _ in pending]
-        parts = divided(pending, costs, max(1, round(sum(costs) / TASK_SECONDS)))
+        costs = [predict_seconds(one, run_.suite, run_.near_duplicates) for one, _, _ in pending]
+        parts = divide(pending, costs, max(1, round(sum(costs) / TASK_SECONDS)))
         return [part for part in parts if part]
 
     def _finished(self, one: Series, trials: tuple[Trial, ...], scorer: Scorer) -> bool:

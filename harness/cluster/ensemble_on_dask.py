@@ -7,7 +7,7 @@ import threading
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 
-from gnomon.harness.cluster.connection import connected
+from gnomon.harness.cluster.connection import connect
 from gnomon.harness.cluster.identity import difference, identity
 from gnomon.harness.ensembles.ensemble_run import Job, Mapper, execute
 from gnomon.harness.ensembles.samples import Ensemble
@@ -23,7 +23,7 @@ def on_cluster(address: str, workers: int, ensemble: Ensemble) -> Iterator[Mappe
     Raises ValueError if Dask is missing, no scheduler answers, or a worker has other versions or sources. The mapper
     raises ChildProcessError for a part that failed, and Lost if the scheduler ends.
     """
-    with connected(address, workers) as cluster:
+    with connect(address, workers) as cluster:
         client = identity([ensemble.prepared.case], [ensemble.prepared.integrator])
         cluster.compare(client)
 

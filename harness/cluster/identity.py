@@ -8,7 +8,7 @@ from functools import cache
 from gnomon.cases import Case
 from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.registry import environment
-from gnomon.harness.registry.references import MAIN, pickled
+from gnomon.harness.registry.references import MAIN, pickle_integrator
 from gnomon.reference.storage.import_closure import closure
 
 
@@ -19,7 +19,7 @@ def identity(cases: Iterable[Case], integrators: Iterable[Integrator]) -> dict[s
     """
     modules = {type(case).__module__ for case in cases}
     for one in integrators:
-        modules |= {*pickled(one)[1]}
+        modules |= {*pickle_integrator(one)[1]}
     found = environment.versions() | {
         name: environment.versions().get(name, "none") for name in environment.DISTRIBUTIONS
     }

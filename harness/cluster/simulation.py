@@ -18,7 +18,7 @@ from gnomon.harness.cluster.connection import AHEAD, FEWEST_AHEAD
 from gnomon.harness.cluster.dask_run import TASK_SECONDS
 from gnomon.harness.contract.status import CANNOT_RUN, Status
 from gnomon.harness.results import opening
-from gnomon.harness.running.cost import divided, seconds_of
+from gnomon.harness.running.cost import divide, seconds_of
 
 WORKERS = (1, 10, 100, 1000)
 START_SECONDS = 3.0
@@ -45,7 +45,7 @@ class Scaling(NamedTuple):
     client: float
 
 
-def measured(path: Path, processes: int = 2) -> list[Measured]:
+def read_measured(path: Path, processes: int = 2) -> list[Measured]:
     """The series of a results file in the order of their names.
 
     The time of a launch is counted from the end of the launch before it in the same process to its last measurement.
@@ -78,7 +78,7 @@ def measured(path: Path, processes: int = 2) -> list[Measured]:
     ]
 
 
-def simulated(tasks: Sequence[tuple[float, int]], workers: int) -> Scaling:
+def simulate(tasks: Sequence[tuple[float, int]], workers: int) -> Scaling:
     """Simulate a run of tasks (seconds, measurements), of which the client keeps a limited number under way.
 
     Scheduler and client each do one thing at a time. Workers take the tasks in sequence.
@@ -105,15 +105,15 @@ def simulated(tasks: Sequence[tuple[float, int]], workers: int) -> Scaling:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("results", type=Path)
-    series = measured(parser.parse_args().results)
+    series = read_measured(parser.parse_args().results)
     predicted = [one.predicted for one in series]
-    parts = divided(series, predicted, round(sum(predicted) / TASK_SECONDS))
+    parts = divide(series, predicted, round(sum(predicted) / TASK_SECONDS))
     tasks = [(sum(one.seconds for one in part), sum(one.rows for one in part)) for part in parts if part]
     longest, total = max(seconds for seconds, _ in tasks), sum(seconds for seconds, _ in tasks)
     print(f"{len(series)} series, {total:.0f} s in {len(tasks)} tasks, the longest {longest:.1f} s\n")
     print("| workers | run | workers busy | scheduler busy | client busy |\n|---|---|---|---|---|")
     for workers in WORKERS:
-        found = simulated(tasks, workers)
+        found = simulate(tasks, workers)
         print(
             f"| {workers} | {found.seconds:.0f} s | {100 * total / workers / found.seconds:.0f} %"
             f" | {100 * found.scheduler / found.seconds:.0f} % | {100 * found.client / found.seconds:.0f} % |"

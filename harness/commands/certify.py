@@ -41,7 +41,7 @@ def certify(
     from gnomon.harness.system.progress import Progress
 
     options.validate_workers(workers)
-    wanted = selection.expanded([*(case or ()), *(named or ())], checks=True)
+    wanted = selection.expand([*(case or ()), *(named or ())], checks=True)
     if suite is not None and wanted:
         raise ValueError(f"--suite {suite}: name cases or a suite, not both")
     subjects = certify_all.subjects(wanted or (() if suite is None else plan.suite(suite).cases), everything)

@@ -83,7 +83,7 @@ def check(
             options.ensure_writable(path, f"--{kind}")
     if case is None:
         raise ValueError(f"--case: with which motion is {files[0]} compared? give a case, as --case pendulum_simple")
-    chosen = _chosen(case, parameters, "--case")
+    chosen = _choose(case, parameters, "--case")
     accepted = [word for word, given in zip(ACCEPTED, (sort, sparse, partial), strict=True) if given]
     results = _check_files(files, chosen, columns, within, (first, last), accepted)
     for result in results:
@@ -105,7 +105,7 @@ def _print_template(name: str, files: Sequence[Path] | None, parameters: list[st
 
     if files:
         raise ValueError(f"--template {name}: it reads no file; leave {files[0]} out")
-    chosen = _chosen(name, parameters, "--template")
+    chosen = _choose(name, parameters, "--template")
     out.out(template(chosen, tuple(parameters or ())), end="", highlight=False)
 
 
@@ -128,12 +128,12 @@ def _validate(files: Sequence[Path] | None, steps: Sequence[float], picture: Pat
         options.ensure_drawing(picture, "--picture")
 
 
-def _chosen(name: str, parameters: list[str] | None, option: str) -> Case:
+def _choose(name: str, parameters: list[str] | None, option: str) -> Case:
     from gnomon import cases  # as above
 
     if name.partition("/")[0] in cases.check_names():
         raise ValueError(f"{option} {name}: a check of the catalogue has no motion; give a case, as pendulum_simple")
-    return options.chosen_one(name, parameters)
+    return options.choose_one(name, parameters)
 
 
 def _check_files(

@@ -108,7 +108,7 @@ def main() -> None:
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="replace")  # not every output is UTF-8
     warnings.showwarning = _warning
-    with interruption.acknowledged() as asked:
+    with interruption.acknowledge() as asked:
         code = _exit_code()
         sys.exit(interruption.INTERRUPTED if asked.is_set() else code)
 

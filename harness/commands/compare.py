@@ -68,7 +68,7 @@ def compare(
 
 def _table(changes: Sequence[SeriesChange]) -> Table:
     """Three rows a series: error, right-hand sides and time in both runs, and their ratios."""
-    from gnomon.harness.results.number_text import error_text, figures_text, grouped, time_text
+    from gnomon.harness.results.number_text import error_text, figures_text, group_digits, time_text
     from gnomon.harness.results.regression import Change, TimeChange
 
     table = Table(box=SIMPLE_HEAD, padding=(0, 1))
@@ -79,7 +79,7 @@ def _table(changes: Sequence[SeriesChange]) -> Table:
         table.add_column(name, justify="right", no_wrap=True)
 
     def count_text(count: float) -> str:
-        return grouped(round(count)) if math.isfinite(count) else "–"
+        return group_digits(round(count)) if math.isfinite(count) else "–"
 
     def ratio_text(ratio: float) -> str:
         return figures_text(ratio, 3) if 0.00995 <= ratio < 999.5 else error_text(ratio)

@@ -12,7 +12,7 @@ import typer
 from gnomon.harness.commands import options
 from gnomon.harness.commands.cluster_options import Dask
 from gnomon.harness.commands.options import out, problems
-from gnomon.harness.results.visible import cut
+from gnomon.harness.results.visible import shorten
 from rich.markup import escape
 from rich.table import Table
 
@@ -65,7 +65,7 @@ def ensemble(
     _ensure_places(out_path, parquet, sides is not None)
     _announce(job, ensemble_run.probe_apart(chosen), workers)
     try:
-        found = _measured(job, workers, dask)
+        found = _measure(job, workers, dask)
     except Lost as error:
         problems.print(escape(str(error)), highlight=False)
         raise typer.Exit(1) from None
@@ -82,7 +82,7 @@ def ensemble(
         raise typer.Exit(1)
 
 
-def _measured(job: Job, workers: int, dask: str | None) -> Distribution:
+def _measure(job: Job, workers: int, dask: str | None) -> Distribution:
     from gnomon.harness.cluster.ensemble_on_dask import on_cluster
     from gnomon.harness.ensembles import ensemble_run
     from gnomon.harness.system.progress import Progress
@@ -101,7 +101,7 @@ def _validate(seed: int, times: int, worst: int) -> None:
         ("--seed", seed, 0, MOST_SEED), ("--times", times, 1, MOST_TIMES), ("--worst", worst, 0, MOST_KEPT),
     ):  # fmt: skip
         if not least <= value <= most:
-            raise ValueError(f"{option} {cut(str(value))}: give a number from {least} to {most}")
+            raise ValueError(f"{option} {shorten(str(value))}: give a number from {least} to {most}")
 
 
 def _samples(text: str) -> int:
@@ -110,7 +110,7 @@ def _samples(text: str) -> int:
 
     found = samples_of(text)
     if not 1 <= found <= MOST_SAMPLES:
-        raise ValueError(f"--samples {cut(text)}: give a whole number from 1 to 2**30, as 2**20 or 1e6")
+        raise ValueError(f"--samples {shorten(text)}: give a whole number from 1 to 2**30, as 2**20 or 1e6")
     if found & (found - 1):
         problems.print(f"{found} samples: Sobol points are spread most evenly where their number is a power of two")
     return found
@@ -123,13 +123,13 @@ def _ensemble(
     from gnomon.harness.ensembles.samples import Ensemble, setting_for
     from gnomon.harness.registry import lookup
 
-    found = options.chosen_one(case, set_)
+    found = options.choose_one(case, set_)
     method = lookup.find_one(integrator)
     setting = setting_for(found, method, times, setting)
-    varied = draws.varied(found, vary)
-    for name in {one.name for one in varied} & set(options.given_parameters(set_)):
+    varied = draws.choose_varied(found, vary)
+    for name in {one.name for one in varied} & set(options.read_parameters(set_)):
         raise ValueError(f"--set {name}: it varies; give --set or --vary")
-    own = tuple(options.given_parameters(set_).items())
+    own = tuple(options.read_parameters(set_).items())
     # A user's name may be short; an id names one of gnomon's integrators in every process.
     return Ensemble(case, integrator if ":" in integrator else method.id, setting, varied, seed, times, own)
 

@@ -42,7 +42,7 @@ def exact(
     name = options.one_case(case, named)
     if name.partition("/")[0] in cases.check_names():
         raise ValueError(f"{name} is a check, without motion: `gnomon show {name}` prints its results")
-    chosen = options.chosen_one(name, parameters)
+    chosen = options.choose_one(name, parameters)
     found = exact_states(chosen, times_of(times, chosen), digits)
     out.out(found.as_json() if form == ExactFormat.json else found.as_csv(), end="", highlight=False)
     certificate = found.certificate

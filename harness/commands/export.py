@@ -56,10 +56,10 @@ def export(
 def columns_table() -> Table:
     """The columns of an export in their sequence."""
     # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
-    from gnomon.harness.contract.declared import declared
+    from gnomon.harness.contract.declared import read_declared
     from gnomon.harness.results.export import kind_of
 
     table = Table(Column("column", no_wrap=True), "type", "unit", "meaning", box=SIMPLE_HEAD, padding=(0, 1))
-    for name, (unit, meaning) in declared("results", "columns.toml").items():
+    for name, (unit, meaning) in read_declared("results", "columns.toml").items():
         table.add_row(name, TYPES[kind_of(name)], unit, escape(meaning))
     return table

@@ -26,7 +26,7 @@ def allow(seconds: float) -> None:
 
 
 @contextmanager
-def acknowledged(seconds: float = ENDING_SECONDS) -> Iterator[threading.Event]:
+def acknowledge(seconds: float = ENDING_SECONDS) -> Iterator[threading.Event]:
     """A context in which the first Ctrl-C prints "stopping ..." and raises KeyboardInterrupt in the main thread.
 
     The process ends `seconds` later, or at a second Ctrl-C. The context gives an event, which the first Ctrl-C sets. A
@@ -66,17 +66,17 @@ def acknowledged(seconds: float = ENDING_SECONDS) -> Iterator[threading.Event]:
 
 
 def _watch(reading: socket.socket, acknowledge: Callable[[], None], seconds: float) -> None:
-    if not _interrupted(reading, None):
+    if not _await_interrupt(reading, None):
         reading.close()
         return
     acknowledge()
     ends = time.monotonic() + seconds
-    while not _interrupted(reading, ends) and ends < _allowed:
+    while not _await_interrupt(reading, ends) and ends < _allowed:
         ends = _allowed
     os._exit(INTERRUPTED)
 
 
-def _interrupted(reading: socket.socket, deadline: float | None) -> bool:
+def _await_interrupt(reading: socket.socket, deadline: float | None) -> bool:
     """Wait for a SIGINT from the socket; False at the deadline, or when the other end is closed."""
     while True:
         left = None if deadline is None else max(0.0, deadline - time.monotonic())

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from gnomon.harness.results.visible import cut, shown
+from gnomon.harness.results.visible import shorten, show
 from gnomon.harness.system import extras
 from rich.console import Console
 from rich.text import Text
@@ -24,7 +24,7 @@ class Shown(Console):
     """A console that shows no control characters, and no text that the log of a CI service would take as a command."""
 
     def render_str(self, text: str, **how: Any) -> Text:
-        return super().render_str(shown(text, lines=True), **how)
+        return super().render_str(show(text, lines=True), **how)
 
 
 class Messages(Shown):
@@ -135,9 +135,9 @@ def as_path(given: str | Path) -> Path:
         pass
     except OSError as error:
         if error.errno in (errno.ENAMETOOLONG, errno.ELOOP):
-            raise typer.BadParameter(f"{cut(text)}: {error.strerror}; give another path") from None
+            raise typer.BadParameter(f"{shorten(text)}: {error.strerror}; give another path") from None
     except ValueError as error:  # a zero byte, half a surrogate pair
-        raise typer.BadParameter(f"{cut(text)}: {error}; give another path") from None
+        raise typer.BadParameter(f"{shorten(text)}: {error}; give another path") from None
     return Path(text)
 
 
@@ -156,7 +156,7 @@ Report = Annotated[
 ]
 
 
-def chosen(
+def choose(
     names: list[str] | None, variants: bool, parameters: list[str] | None, rounded: bool = True
 ) -> list[tuple[Case, str]]:
     # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
@@ -165,15 +165,15 @@ def chosen(
     for position, name in enumerate(names or ()):
         if name in (names or ())[:position]:
             raise ValueError(f"--case {name}: named twice; name it once")
-    given = given_parameters(parameters)
+    given = read_parameters(parameters)
     for reserved in {"variant", "initial_state", "span"} & set(given):
         raise ValueError(f"--set {reserved}: not a parameter; a variant is chosen by case/variant")
     return selection.choose(names, variants, rounded=rounded, **given)
 
 
-def chosen_one(name: str, parameters: list[str] | None = None, rounded: bool = True) -> Case:
+def choose_one(name: str, parameters: list[str] | None = None, rounded: bool = True) -> Case:
     """The only case that a name selects; ValueError if there are several."""
-    found = [case for case, _ in chosen([name], False, parameters, rounded)]
+    found = [case for case, _ in choose([name], False, parameters, rounded)]
     if len(found) > 1:
         listed = ", ".join(case.id for case in found[:5])
         raise ValueError(f"{name} names {len(found)} cases, {listed}{' ...' if len(found) > 5 else ''}; give one")
@@ -197,7 +197,7 @@ def one_case(argument: str | None, option: str | None) -> str:
 
 def validate_workers(workers: int) -> None:
     if not 1 <= workers <= MOST_WORKERS:
-        raise ValueError(f"--workers {cut(str(workers))}: give a number of processes from 1 to {MOST_WORKERS}")
+        raise ValueError(f"--workers {shorten(str(workers))}: give a number of processes from 1 to {MOST_WORKERS}")
 
 
 def ensure_writable(path: Path, option: str) -> None:
@@ -242,7 +242,7 @@ def ensure_results(path: Path) -> None:
         ensure_writable(file, "--out")
 
 
-def given_parameters(parameters: list[str] | None) -> dict[str, str]:
+def read_parameters(parameters: list[str] | None) -> dict[str, str]:
     """The parameters and starts of `--set name=value`, as text."""
     given: dict[str, str] = {}
     for text in parameters or ():

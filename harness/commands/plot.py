@@ -51,13 +51,13 @@ def specification(database: Path, names: list[str] | None = None) -> dict[str, A
     from gnomon.harness.reporting.report_run import Run
 
     found = Run.read(database)
-    chosen = _chosen(work_problems(found), names)
+    chosen = _choose(work_problems(found), names)
     if len(chosen) > MOST:
         problems.print(f"{len(chosen)} diagrams, of which {MOST} are drawn: choose others with --case", highlight=False)
     return together(work_precision(found.look, "time"), dict(list(chosen.items())[:MOST]))
 
 
-def _chosen(work: dict[str, Problems], names: list[str] | None) -> dict[str, Any]:
+def _choose(work: dict[str, Problems], names: list[str] | None) -> dict[str, Any]:
     """The problems to draw, by their titles."""
     from gnomon.cases.core.numbers import is_pattern, matching, nearest
     from gnomon.harness.registry.selection import DEFAULT
@@ -87,7 +87,7 @@ def _chosen(work: dict[str, Problems], names: list[str] | None) -> dict[str, Any
 
 def together(specification: dict[str, Any], chosen: dict[str, Any]) -> dict[str, Any]:
     """One specification with a diagram under the other, from the common one of a diagram and the data of each."""
-    from gnomon.harness.reporting.figures_work import drawn
+    from gnomon.harness.reporting.figures_work import draw
 
     panels: list[dict[str, Any]] = []
     params: list[dict[str, Any]] = []
@@ -97,21 +97,21 @@ def together(specification: dict[str, Any], chosen: dict[str, Any]) -> dict[str,
         *(name for each in specification["params"] for name in (each["name"], *each["views"])),
     }
     for number, (title, problem) in enumerate(chosen.items()):
-        one = drawn(specification, problem["points"], problem["limits"])
+        one = draw(specification, problem["points"], problem["limits"])
         data |= {f"{name}_{number}": rows for name, rows in one["datasets"].items()}
         words = {"text": title, "subtitle": problem["stresses"], "anchor": "start"}
         panels.append({"title": words, "width": one["width"], "height": one["height"]})
-        panels[-1]["layer"] = _renamed(one["layer"], own, f"_{number}")
-        params += _renamed(one["params"], own, f"_{number}")
+        panels[-1]["layer"] = _rename(one["layer"], own, f"_{number}")
+        params += _rename(one["params"], own, f"_{number}")
     common = {name: specification[name] for name in ("$schema", "config") if name in specification}
     apart = {"scale": {name: "independent" for name in ("x", "y", "color", "shape", "strokeDash")}}
     return common | {"datasets": data, "params": params, "vconcat": panels, "resolve": apart}
 
 
-def _renamed(node: Any, own: Set[str], ending: str) -> Any:
+def _rename(node: Any, own: Set[str], ending: str) -> Any:
     """A copy in which the names of a diagram's `own` data, parameters and views have an ending."""
     if isinstance(node, list):
-        return [_renamed(each, own, ending) for each in node]
+        return [_rename(each, own, ending) for each in node]
     if isinstance(node, dict):
-        return {key: _renamed(value, own, ending) for key, value in node.items()}
+        return {key: _rename(value, own, ending) for key, value in node.items()}
     return f"{node}{ending}" if isinstance(node, str) and node in own else node

@@ -34,7 +34,7 @@ def report(
 
     extras.require("report", "gnomon report")
     from gnomon.cases.core.registry import case_class
-    from gnomon.harness.reporting.up_to_date import refreshed
+    from gnomon.harness.reporting.up_to_date import refresh
     from gnomon.harness.results import opening
     from gnomon.harness.results.outstanding import outstanding
     from gnomon.harness.results.store import results_file
@@ -55,7 +55,7 @@ def report(
 
         page = write_report(database, to, given, figures=True)
     else:
-        page = refreshed(database, to, given)
+        page = refresh(database, to, given)
     out.print(f"The report is {page}")
     lacking = outstanding(database).text
     if lacking:

@@ -106,7 +106,7 @@ def run(
         suite = "foundation"
     chosen_suite = _further(_suite(suite, case, limit, formulations), minutes, named, bool(shard or dask))
     chosen_suite = part(chosen_suite, shard, timing)
-    chosen_suite = _adapted(chosen_suite, bool(case or integrator), repeat, bool(integrator or command or library))
+    chosen_suite = _adapt(chosen_suite, bool(case or integrator), repeat, bool(integrator or command or library))
     integrators = selection.integrators_of(_integrators(integrator or [], command or [], chosen_suite), library, kind)
     if settings:
         chosen_suite = replace(chosen_suite, settings=choose_settings(read_settings(settings), integrators))
@@ -114,18 +114,18 @@ def run(
         stated = (span, start, numbers), event, accelerations
         chosen, chosen_suite, integrators = read_problem(equations, *stated, chosen_suite, integrators, out_path)
     else:
-        chosen = options.chosen(case or chosen_suite.names(), bool(case) and chosen_suite.variants, parameters)
+        chosen = options.choose(case or chosen_suite.names(), bool(case) and chosen_suite.variants, parameters)
         chosen = plan.with_timing_spans(selection.cases_of(chosen, family, kind), chosen_suite)
     options.ensure_results(out_path)
     page = _page(report, out_path, chosen)
     # The scenes of the suite `engines` are variants, on which all ways to drive an engine are compared.
     every = named or chosen_suite.engines
-    path = _measured(out_path, chosen_suite, chosen, integrators, workers, dask, every, page)
+    path = _measure(out_path, chosen_suite, chosen, integrators, workers, dask, every, page)
     with best_after(path, chosen, error if equations is not None else None):
         _summarize(path, chosen, integrators, chosen_suite, page, allow_missing, began)
 
 
-def _adapted(suite: Suite, by_name: bool, repeat: bool, are_named: bool) -> Suite:
+def _adapt(suite: Suite, by_name: bool, repeat: bool, are_named: bool) -> Suite:
     """The suite for cases and integrators `by_name`, which run with all methods that take them, and for --repeat.
 
     Repeated are all trials if their integrators `are_named`, else those that a cause outside ended.
@@ -158,7 +158,7 @@ def _integrators(names: Sequence[str], commands: Sequence[str], suite: Suite) ->
     return found
 
 
-def _measured(
+def _measure(
     out_path: Path,
     suite: Suite,
     chosen: Sequence[tuple[Case, str]],
@@ -303,11 +303,17 @@ def _summarize(
     began: float,
 ) -> None:
     """Print the results of the run, and its missing trials; the exit code says whether the run failed."""
-    from gnomon.harness.commands.run_table import ended_from_outside, interrupted, run_table, shortcomings, statuses
-    from gnomon.harness.registry.lookup import users_own
+    from gnomon.harness.commands.run_table import (
+        explain_outside_end,
+        list_interrupted,
+        run_table,
+        shortcomings,
+        statuses,
+    )
+    from gnomon.harness.registry.lookup import is_users_own
     from gnomon.harness.registry.selection import DEFAULT
     from gnomon.harness.results import reading, summary
-    from gnomon.harness.results.number_text import waited_text
+    from gnomon.harness.results.number_text import tell_waits
     from gnomon.harness.system import extras
 
     wanted = {(case.name, (case.variant or DEFAULT) + label, one.id) for case, label in chosen for one in integrators}
@@ -316,10 +322,10 @@ def _summarize(
         Shown(width=options.columns(TABLE_WIDTH), emoji=False).print(run_table(rows))
     counts = ", ".join(f"{count} {status}" for status, count in statuses(rows))
     out.print(f"{len(rows)} measurements: {counts}", highlight=False)
-    waits = summary.waited((row["seconds_median"], row["delay_seconds"]) for row in rows)
-    out.print(waited_text(*waits), highlight=False)
+    waits = summary.count_waits((row["seconds_median"], row["delay_seconds"]) for row in rows)
+    out.print(tell_waits(*waits), highlight=False)
     _tell_end(path, rows, suite, page, began)
-    outstanding, outside = interrupted(rows), ended_from_outside(rows)
+    outstanding, outside = list_interrupted(rows), explain_outside_end(rows)
     if outstanding:
         reasons = ", ".join([*dict.fromkeys(str(row["reason"]) for row in outstanding)][:3])
         text = f"{len(outstanding)} trials were interrupted ({reasons}); {_same_command(suite)} runs them again"
@@ -335,7 +341,7 @@ def _summarize(
     part_ = suite.shard != (1, 1)
     if part_:  # another shard may have the series of an integrator, or all series
         integrators = [one for one in integrators if one.id in {row["integrator_id"] for row in rows}]
-    failed = [] if part_ and not rows else shortcomings(rows, [o for o in integrators if users_own(o)])
+    failed = [] if part_ and not rows else shortcomings(rows, [o for o in integrators if is_users_own(o)])
     for text in failed:
         problems.print(escape(text), highlight=False)
     if failed or (len(outstanding) and not allow_missing):

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 from gnomon.harness.contract.integrator import Integrator
-from gnomon.harness.contract.status import CANNOT_RUN, NOT_BROKEN, SCORED, Status, from_outside
+from gnomon.harness.contract.status import CANNOT_RUN, NOT_BROKEN, SCORED, Status, is_from_outside
 from gnomon.harness.results import summary
 from gnomon.harness.results.number_text import error_text, problem_name, time_text
 from rich.box import SIMPLE_HEAD
@@ -95,7 +95,7 @@ def shortcomings(rows: Sequence[Row], own: Sequence[Integrator]) -> list[str]:
     return found
 
 
-def interrupted(rows: Sequence[Row]) -> list[Row]:
+def list_interrupted(rows: Sequence[Row]) -> list[Row]:
     """The rows of interrupted launches that a repeated run would measure: no machine has measured them.
 
     Launches after the first repeat only trials that the first launch scored.
@@ -116,9 +116,9 @@ def _launch(row: Row) -> tuple[Any, ...]:
     return row["series"], row["setting"], row["launch"]
 
 
-def ended_from_outside(rows: Iterable[Row]) -> str | None:
+def explain_outside_end(rows: Iterable[Row]) -> str | None:
     """A sentence that names trials which a cause outside the integrator may have ended; None if there are none."""
-    ended = [row for row in rows if from_outside(row["status"], row["reason"])]
+    ended = [row for row in rows if is_from_outside(row["status"], row["reason"])]
     if not ended:
         return None
     found = {

@@ -50,7 +50,7 @@ def scene(
         raise ValueError(f"--variant {variant}: {name} names a variant already")
     if to is None:
         raise ValueError("name the folder to write to with --out")
-    chosen = options.chosen_one(name if variant is None else f"{name}/{variant}", parameters)
+    chosen = options.choose_one(name if variant is None else f"{name}/{variant}", parameters)
     options.ensure_folder(to, "--out")
     files = written.write(chosen, form.value, to)
     for path, what in ((files.scene, "scene"), (files.motion, "exact motion"), (files.manifest, "manifest")):
@@ -62,12 +62,12 @@ def scene(
 
 def scenes_table(form: str) -> Table:
     """The scenes that a format can state, then the tokens that keep out each of the others."""
-    from gnomon.harness.scene_files.written import unstated
+    from gnomon.harness.scene_files.written import list_unstated
 
     from gnomon import cases
 
     found = {name: each.needs for name in cases.names() if (each := cases.get(name).scene) is not None}
-    lacking = {name: unstated(needs, form) for name, needs in found.items()}
+    lacking = {name: list_unstated(needs, form) for name, needs in found.items()}
     able = sum(not each for each in lacking.values())
     title = f"{form} can state {able} of {len(found)} scenes"
     table = Table(

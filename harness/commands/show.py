@@ -27,9 +27,9 @@ def show(
         if plot is not None or latex:
             raise ValueError(f"{name} is a check, without motion: there are no equations, and there is nothing to draw")
         check, _, variant = name.partition("/")
-        describe_check(cases.get_check(check, variant or None, **options.given_parameters(parameters)), out)
+        describe_check(cases.get_check(check, variant or None, **options.read_parameters(parameters)), out)
         return
-    chosen = options.chosen_one(name, parameters, rounded=False)
+    chosen = options.choose_one(name, parameters, rounded=False)
     if plot is not None:
         options.ensure_drawing(plot, "--plot")
     if latex:

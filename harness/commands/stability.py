@@ -54,14 +54,14 @@ def stability(
     if update and to is None:
         raise ValueError("--update: name the file with --out")
     panel_run.seconds_of(depth)
-    chosen = panel_run.chosen_panels(panel)
+    chosen = panel_run.choose_panels(panel)
     found = lookup.find_all(
-        [*(integrator or ()), *(named or ())] or [*(lookup.general() | lookup.registered()).values()]
+        [*(integrator or ()), *(named or ())] or [*(lookup.general() | lookup.list_registered()).values()]
     )
     if to is not None:
         options.ensure_writable(to, "--out")
     again = {(each.id, name) for each in found for name in panel or ()} if update else None
-    rows = panel_run.kept(to, depth, again) if to is not None else []
+    rows = panel_run.keep_rows(to, depth, again) if to is not None else []
     written = monotonic()
 
     def add(row: Row) -> None:
@@ -76,7 +76,7 @@ def stability(
     with Progress() as progress:
         progress.begin("panels", sum((each.id, name) not in done for each in found for name in chosen))
         try:
-            rows = panel_run.measured(found, panel, depth, workers, add, former=list(rows))
+            rows = panel_run.measure_panels(found, panel, depth, workers, add, former=list(rows))
         finally:
             if to is not None and rows:
                 panel_run.write(rows, depth, to)

@@ -90,7 +90,7 @@ def verify(
     integrator = options.one_of(options.one_of(integrator, named, "integrator"), engine, "engine")
     if parameters and (not case or baseline or against):
         raise ValueError("--set changes the numbers of a --case, and goes neither with --baseline nor with --against")
-    on: list[CaseLike] = [one for one, _ in options.chosen(case, False, parameters)] if parameters else [*(case or ())]
+    on: list[CaseLike] = [one for one, _ in options.choose(case, False, parameters)] if parameters else [*(case or ())]
     asked = _Asked(on, depth, claim, max_seconds, workers, every)
     _validate(integrator, against, picture, asked)
     _validate_fmu(fmu, columns, order, (command, engine, against, baseline))
@@ -108,14 +108,14 @@ def verify(
     )
     how = how if engine is None else f"--engine {how}"
     how += "".join(f" --set {shlex.quote(text)}" for text in parameters or ())
-    report = _verified(chosen, asked, known, (integrator, against), engine is not None)
+    report = _verify(chosen, asked, known, (integrator, against), engine is not None)
     _show(report, known, how)
     if picture is not None:
         _draw(chosen, on[0], report, picture)
     for kind, path in files.items():
         if path is not None:
             path.write_text(verification_report.WRITERS[kind](report, known, how), encoding="utf-8")
-    worse = base is not None and _worse(base, names, chosen, workers)
+    worse = base is not None and _is_worse(base, names, chosen, workers)
     if code := verification_report.exit_code(report, known) or int(worse):
         raise typer.Exit(code)
 
@@ -189,7 +189,7 @@ def _read_fmu(
     return chosen, " ".join(words)
 
 
-def _verified(
+def _verify(
     chosen: Integrator, asked: _Asked, known: Known, versions: tuple[str | None, str | None], engine: bool
 ) -> Report:
     """Verify and give the report; prints each row as soon as it is measured, a failure with its detail.
@@ -202,7 +202,7 @@ def _verified(
     from gnomon.harness.verification.claims import Outcome
     from gnomon.harness.verification.diagnosis import ENDLESS
     from gnomon.harness.verification.engine_preflights import preflight_rows
-    from gnomon.harness.verification.other_version import installed
+    from gnomon.harness.verification.other_version import install
     from gnomon.harness.verification.verify import SETTLED, FirstTrialError, Report
     from gnomon.harness.verification.verify import verify as verify_
 
@@ -215,7 +215,7 @@ def _verified(
         out.print(escape(visible(f"{finding.outcome:6} {row.claim} on {row.case}{detail}")), highlight=False)
 
     named, against = versions
-    other = None if against is None else installed(against)
+    other = None if against is None else install(against)
     ends = math.inf if asked.seconds is None else monotonic() + asked.seconds
     rows = []
     if engine:
@@ -248,13 +248,15 @@ def _compare(
     show: Callable[[Row], None],
 ) -> None:
     """Add to a report the claim that the integrator needs no more time than another version, on default variants."""
-    from gnomon.harness.verification.against import compared
+    from gnomon.harness.verification.against import compare_versions
     from gnomon.harness.verification.claims import TIME
-    from gnomon.harness.verification.verify import Row, planned
+    from gnomon.harness.verification.verify import Row, plan_verification
 
-    names = [each.id for each, _ in planned(chosen, case, report.depth)]
+    names = [each.id for each, _ in plan_verification(chosen, case, report.depth)]
     named, requirement = against
-    versions, findings = compared(named, [name for name in names if "/" not in name] or names, report.depth, other)
+    versions, findings = compare_versions(
+        named, [name for name in names if "/" not in name] or names, report.depth, other
+    )
     report.against = requirement, versions
     for name, finding in findings.items():
         report.rows.append(Row(TIME, name, finding))
@@ -280,11 +282,11 @@ def _show(report: Report, known: Known, how: str) -> None:
         print(line)
 
 
-def _worse(base: Baseline, names: list[str], integrator: Integrator, workers: int) -> bool:
+def _is_worse(base: Baseline, names: list[str], integrator: Integrator, workers: int) -> bool:
     """Run an integrator on the cases of a baseline and print the differences; True if it is worse or not compared."""
-    from gnomon.harness.verification.baseline import compared, measure
+    from gnomon.harness.verification.baseline import compare_with_baseline, measure
 
-    verdict = compared(base, measure(integrator, names, base.depth, runs=1, workers=workers))
+    verdict = compare_with_baseline(base, measure(integrator, names, base.depth, runs=1, workers=workers))
     for line in verdict.notes:
         out.print(escape(line), highlight=False)
     for line in verdict.regressions:

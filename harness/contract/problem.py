@@ -17,7 +17,7 @@ DIGITS = 40
 """Initial states of formulations and values of their clocks are computed to this many digits and rounded once."""
 
 
-def accepted_form(
+def find_accepted_form(
     case: Case, accepts: tuple[type, ...], formulation: Formulation | None = None
 ) -> Form | SceneForm | None:
     """The most structured form of a case, or of a formulation of it, of an accepted type; None without such a form."""
@@ -34,7 +34,7 @@ def first_taken(integrator: Integrator, forms: Iterable[Form | SceneForm | None]
 
 def takes(integrator: Integrator, case: Case) -> bool:
     """Whether an integrator takes the form in which it would be given a case."""
-    form = accepted_form(case, integrator.accepts)
+    form = find_accepted_form(case, integrator.accepts)
     return form is not None and _takes_form(integrator, form)
 
 
@@ -49,7 +49,7 @@ def problem_of(
 
     Raises ValueError if the case does not have an accepted form.
     """
-    form = accepted_form(case, accepts, formulation)
+    form = find_accepted_form(case, accepts, formulation)
     if form is None:
         names = " or ".join(kind.__name__ for kind in accepts)
         raise ValueError(f"{case.id} has no form {names}")

@@ -31,7 +31,7 @@ def of_value(value: Any) -> str:
     return "\n".join(parts)
 
 
-def cached_by_content(function: Callable[..., Result]) -> Callable[..., Result]:
+def cache_by_content(function: Callable[..., Result]) -> Callable[..., Result]:
     """Cache a function by the content of its arguments; for functions among these, by everything that they read.
 
     This is, at any depth, their code, numbers at module level, closures and default values: if one of these has changed

@@ -35,7 +35,7 @@ AGAIN = "times before"
 this text, so it must not change."""
 
 
-def from_outside(status: str, reason: object) -> bool:
+def is_from_outside(status: str, reason: object) -> bool:
     """Whether a cause outside the integrator may have ended a trial.
 
     Such causes are the limit of its memory or, again and again, a signal, a full disk, or the loss of the server of the

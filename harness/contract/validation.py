@@ -31,7 +31,7 @@ def require_positive(setting: float, kind: str) -> None:
         raise Refused(f"{kind} {setting} is not a positive number")
 
 
-def checked(solution: Any, shape: tuple[int, ...]) -> Solution:
+def check(solution: Any, shape: tuple[int, ...]) -> Solution:
     """The solution with states as float64 of this shape (a copy), counts as ints and events as plain pairs.
 
     Raises Unusable for any other answer.
@@ -63,14 +63,14 @@ def real_states(states: Any, shape: tuple[int, ...]) -> Floats:
         return np.array(found, dtype=np.float64)
 
 
-def still(states: Floats, starts: Floats) -> bool:
+def is_still(states: Floats, starts: Floats) -> bool:
     """Whether, for any start of `starts` (n, dim), its `states` (n, times, dim) equal the start at all samples."""
     return bool(np.any(np.all(states == starts[:, np.newaxis], axis=(1, 2))))
 
 
 def require_motion(states: Floats, starts: Floats) -> None:
-    """Raise Refused if states rest, as `still` tells."""
-    if still(states, starts):
+    """Raise Refused if states rest, as `is_still` tells."""
+    if is_still(states, starts):
         raise Refused(DID_NOT_MOVE)
 
 

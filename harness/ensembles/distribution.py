@@ -129,7 +129,7 @@ class Distribution:
         return [pair for pair in pairs if 0 < pair[1] <= self.scored / 2]
 
 
-def counted(samples: Samples, sides: tuple[int, int], keep: int) -> Distribution:
+def count_samples(samples: Samples, sides: tuple[int, int], keep: int) -> Distribution:
     """The distribution of consecutive samples. `sides`: the columns of the two varied numbers of the map."""
     names, errors = np.array(samples.statuses), samples.errors
     scored = names == Status.OK

@@ -34,7 +34,7 @@ class Varied:
     high: float
 
 
-def varied(case: Case, given: Sequence[str] = ()) -> tuple[Varied, ...]:
+def choose_varied(case: Case, given: Sequence[str] = ()) -> tuple[Varied, ...]:
     """The numbers that vary: the numbers in `given`, each NAME or NAME=LOW:HIGH, or else all numbers of the start.
 
     Without limits a number is drawn from the interval that its domain calls typical. Raises ValueError for an unknown

@@ -13,7 +13,7 @@ from typing import Any, Protocol
 
 from gnomon.harness.contract.integrator import Refused
 from gnomon.harness.ensembles import parquet
-from gnomon.harness.ensembles.distribution import Distribution, counted
+from gnomon.harness.ensembles.distribution import Distribution, count_samples
 from gnomon.harness.ensembles.exact_formulas import exact_states, formula
 from gnomon.harness.ensembles.samples import BLOCK, Ensemble
 from gnomon.harness.system.progress import Progress
@@ -61,7 +61,7 @@ def execute(job: Job, first: int) -> bytes:
     samples = job.ensemble.prepared.measured(first, count)
     if job.folder is not None:
         parquet.write(Path(job.folder), job.ensemble, job.samples, samples)
-    return pickle.dumps(counted(samples, job.sides, job.keep))
+    return pickle.dumps(count_samples(samples, job.sides, job.keep))
 
 
 @dataclass(frozen=True)

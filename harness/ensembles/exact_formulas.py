@@ -44,7 +44,7 @@ def formula(case: Case) -> Formula | None:
     return found if found is not None and type(case) is cases.case_class(case.name) else None
 
 
-def admitted(case: Case, parameters: Floats, starts: Floats) -> Bools:
+def admit(case: Case, parameters: Floats, starts: Floats) -> Bools:
     """Flags of the rows of parameters (n, p) and starts (n, dim) that lie within the ranges of the domain."""
     found = np.ones(len(starts), dtype=np.bool_)
     columns = zip([*case.parameters, *(c.name for c in case.state)], [*parameters.T, *starts.T], strict=True)
@@ -59,7 +59,7 @@ def admitted(case: Case, parameters: Floats, starts: Floats) -> Bools:
 def exact_states(case: Case, parameters: Floats, starts: Floats, times: Floats) -> tuple[Floats, list[str]]:
     """Exact states (n, k, dim), and for each motion OUTSIDE or NO_EXACT_STATE if its states are nan, otherwise ""."""
     states = np.full((len(starts), len(times), len(case.state)), np.nan)
-    inside = admitted(case, parameters, starts)
+    inside = admit(case, parameters, starts)
     reasons = ["" if one else OUTSIDE for one in inside.tolist()]
     left = np.flatnonzero(inside)
     own = formula(case)

@@ -66,7 +66,7 @@ class Ensemble:
 
         Raises ValueError for a wrong name or a pair of case and integrator that cannot run.
         """
-        return _prepared(self)
+        return _prepare(self)
 
     def error(self, numbers: Mapping[str, float]) -> float:
         """The error from one start alone, by the exact motion of the case; `numbers`: the varied numbers.
@@ -184,7 +184,7 @@ class PreparedEnsemble:
 
 
 @lru_cache(maxsize=4)
-def _prepared(ensemble: Ensemble) -> PreparedEnsemble:
+def _prepare(ensemble: Ensemble) -> PreparedEnsemble:
     ((case, _),) = selection.choose([ensemble.case], False, True, **dict(ensemble.parameters))
     integrator = lookup.find_one(ensemble.integrator)
     absent = lookup.missing(integrator)

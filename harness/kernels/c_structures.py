@@ -55,14 +55,14 @@ def _(address: Any, count: Any) -> Any:
     return ir.Array(_pointer(address), (count,))
 
 
-def _called(address: Any, result: str, arguments: Any) -> str:
+def _write_call(address: Any, result: str, arguments: Any) -> str:
     given = ", ".join(ir.convert(x, ir.kind_of(x)).typed for x in arguments)
     return f"call {result} {_pointer(address)}({given})"
 
 
 @emission.primitive(run_at)
 def _(address: Any, *arguments: Any) -> None:
-    ir.here().do(_called(address, "void", arguments))
+    ir.here().do(_write_call(address, "void", arguments))
 
 
 @emission.primitive(run_on)
@@ -73,7 +73,7 @@ def _(address: Any, number: Any, *arrays: Any) -> None:
 
 @emission.primitive(result_at)
 def _(address: Any, *arguments: Any) -> Any:
-    found = ir.here().emit("i32", _called(address, "i32", arguments))
+    found = ir.here().emit("i32", _write_call(address, "i32", arguments))
     return ir.here().emit(ir.INTEGER, f"sext i32 {found} to i64")
 
 

@@ -13,7 +13,7 @@ WATCHERS: list[Callable[[bool], None]] = []
 
 
 @contextmanager
-def announced() -> Iterator[None]:
+def announce() -> Iterator[None]:
     """A context for a compilation: calls the watchers before it and after it, also after a compilation that fails."""
     for watcher in WATCHERS:
         watcher(True)
@@ -25,7 +25,7 @@ def announced() -> Iterator[None]:
 
 
 @contextmanager
-def shown(name: str) -> Iterator[None]:
+def show(name: str) -> Iterator[None]:
     """A context in which a terminal shows that `name` is solving, or is compiled, while it is."""
     if not has_terminal():
         yield

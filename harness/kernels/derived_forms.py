@@ -9,7 +9,7 @@ from typing import Any
 from gnomon.cases.core.forms import FirstOrder, Form, Hybrid, Mode, NBody, SecondOrder, SemiLinear, Values
 from gnomon.harness.kernels.derivatives import jacobian
 from gnomon.harness.kernels.read_function import formulas, write_function
-from gnomon.harness.kernels.traced import RUN, Node, Trace, level, number, reached, traced
+from gnomon.harness.kernels.traced import RUN, Node, Trace, is_number, level, list_reached, trace_form
 
 MODE = "motion"
 """The only mode of a motion without events."""
@@ -38,12 +38,12 @@ def derive_forms(form: FirstOrder, dimension: int, parameters: int) -> DerivedFo
     pairs, the state is put in the sequence (q..., q'...).
     """
     trace = Trace(dimension, parameters)
-    values = traced(form, trace)
+    values = trace_form(form, trace)
     factors = _momenta(values, trace)
     if factors is not None:
         form = _of_velocities(form, factors, dimension, parameters)
         trace = Trace(dimension, parameters)
-        values = traced(form, trace)
+        values = trace_form(form, trace)
     pairs, lacking = _positions(values, trace)
     order = (*pairs, *pairs.values()) if pairs else tuple(range(dimension))
     places = [order.index(i) for i in range(dimension)]
@@ -58,7 +58,7 @@ def derive_forms(form: FirstOrder, dimension: int, parameters: int) -> DerivedFo
     linear = _linear_part(values, trace, order, places, form)
     found += [linear] if linear is not None else []
     found.append(Hybrid((Mode(MODE, form.equations),), _only_mode, ()))
-    autonomous = all(node is not trace.t for node in reached(values))
+    autonomous = all(node is not trace.t for node in list_reached(values))
     of_parameters = None if factors is None else _at_rest(factors[0], dimension)
     return DerivedForms(tuple(found), order, autonomous, lacking, of_parameters)
 
@@ -73,7 +73,7 @@ def _momenta(values: Sequence[Any], trace: Trace) -> tuple[Callable[..., Any], d
         for j, factor in _multiple(value, places):
             if i != j and i not in found and j not in found and j not in pairs:
                 found[j], pairs[i] = factor, j
-    if not found or len(pairs) * 2 != len(values) or all(number(x, 1) for x in found.values()):
+    if not found or len(pairs) * 2 != len(values) or all(is_number(x, 1) for x in found.values()):
         return None
     return write_function([found.get(j, 1) for j in range(len(values))], "factors"), pairs
 
@@ -159,7 +159,7 @@ def _positions(values: Sequence[Any], trace: Trace) -> tuple[dict[int, int], str
 def _velocities_in(values: Sequence[Any], pairs: dict[int, int], trace: Trace) -> str:
     rates = {trace.state[j]: j for j in pairs.values()}
     for j in pairs.values():
-        used = [rates[node] for node in reached([values[j]]) if node in rates]
+        used = [rates[node] for node in list_reached([values[j]]) if node in rates]
         if used:
             return f"the acceleration y[{j}]' depends on the velocity y[{used[0]}]"
     return ""
@@ -179,11 +179,11 @@ def _linear_part(
     found = jacobian(values, trace.state)
     rows = [found[i * dimension : (i + 1) * dimension] for i in range(dimension)]
     constant = [[x if level(x) == RUN else 0 for x in row] for row in rows]
-    if all(number(x, 0) for row in constant for x in row):
+    if all(is_number(x, 0) for row in constant for x in row):
         return None
     rest = []
     for i in order:
-        linear = sum((x * y for x, y in zip(constant[i], trace.state, strict=True) if not number(x, 0)), 0)
+        linear = sum((x * y for x, y in zip(constant[i], trace.state, strict=True) if not is_number(x, 0)), 0)
         rest.append(values[i] - linear)
     matrix = _at_rest(write_function([constant[i][j] for i in order for j in order], "linear"), dimension)
     return SemiLinear(form.equations, linear=matrix, rest=write_function(rest, "rest", places))

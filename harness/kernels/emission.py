@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from gnomon.cases.core import arithmetic
 from gnomon.harness.kernels import ir, rewriting
-from gnomon.harness.kernels.ir import INTEGER, REAL, TRUTH, VECTOR, Array, Complex, Subset, Value, convert, symbolic
+from gnomon.harness.kernels.ir import INTEGER, REAL, TRUTH, VECTOR, Array, Complex, Subset, Value, convert, is_symbolic
 
 # What names mean -------------------------------------------------------------------------------------------------------
 
@@ -28,7 +28,7 @@ def _function(name: str) -> Callable[..., Any]:
     plain: Callable[..., Any] = getattr(math, name)
 
     def function(*arguments: Any) -> Any:
-        if not symbolic(*arguments):
+        if not is_symbolic(*arguments):
             return plain(*arguments)
         values = [convert(x, REAL) for x in arguments]
         return ir.call(name if name in ir.LIBRARY else f"llvm.{name}.f64", REAL, *values)
@@ -40,7 +40,7 @@ def size_of(x: Any) -> Any:
     """abs"""
     if isinstance(x, Complex):
         return MATH["hypot"](x.real, x.imag)
-    if not symbolic(x):
+    if not is_symbolic(x):
         return abs(x)
     if x.kind == INTEGER:
         return ir.select(x < 0, -x, x)
@@ -51,7 +51,7 @@ def largest(*values: Any) -> Any:
     """max: the later value only where it is greater, so that nan is kept as Python keeps it."""
     found = values[0]
     for x in values[1:]:
-        found = ir.select(ir.compared("gt", x, found), x, found) if symbolic(x, found) else max(found, x)
+        found = ir.select(ir.compare("gt", x, found), x, found) if is_symbolic(x, found) else max(found, x)
     return found
 
 
@@ -59,30 +59,30 @@ def least(*values: Any) -> Any:
     """min"""
     found = values[0]
     for x in values[1:]:
-        found = ir.select(ir.compared("lt", x, found), x, found) if symbolic(x, found) else min(found, x)
+        found = ir.select(ir.compare("lt", x, found), x, found) if is_symbolic(x, found) else min(found, x)
     return found
 
 
 def integer(x: Any) -> Any:
     """int"""
-    if not symbolic(x):
+    if not is_symbolic(x):
         return int(x)
     return ir.here().emit(INTEGER, f"fptosi double {x} to i64") if x.kind == REAL else convert(x, INTEGER)
 
 
 def nearest(x: Any) -> Any:
     """round"""
-    return integer(ir.call("llvm.roundeven.f64", REAL, x)) if symbolic(x) else round(x)
+    return integer(ir.call("llvm.roundeven.f64", REAL, x)) if is_symbolic(x) else round(x)
 
 
 def boolean(x: Any) -> Any:
     """bool"""
-    return ir.truth(x) if symbolic(x) else bool(x)
+    return ir.truth(x) if is_symbolic(x) else bool(x)
 
 
 def number(x: Any) -> Any:
     """float"""
-    return convert(x, REAL) if symbolic(x) else float(x)
+    return convert(x, REAL) if is_symbolic(x) else float(x)
 
 
 def power(x: Any, exponent: Any) -> Any:
@@ -185,7 +185,7 @@ class Translation:
                     bound.append(self._bound(plain))
                 return bound[0](*arguments)
             except Exception as error:
-                raise placed(error, plain) from error
+                raise add_place(error, plain) from error
 
         inline.__name__ = plain.__name__
         return inline
@@ -212,7 +212,7 @@ class Translation:
         return NAMES_OF_MATH.get(value, value) if isinstance(value, BuiltinFunctionType) else value
 
 
-def placed(error: Exception, plain: Callable[..., Any]) -> Exception:
+def add_place(error: Exception, plain: Callable[..., Any]) -> Exception:
     """A refusal that names the file and the line of a function at which its emission failed."""
     if isinstance(error, Subset) and error.placed:
         return error

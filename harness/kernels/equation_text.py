@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from gnomon.cases.core.arithmetic import rebind
 from gnomon.cases.core.forms import Equations, Form, SecondOrder
-from gnomon.harness.kernels.traced import Node, Trace, Value, reached, traced
+from gnomon.harness.kernels.traced import Node, Trace, Value, list_reached, trace_form
 
 _STRENGTH = {"+": 1, "-": 1, "*": 2, "/": 2, "neg": 3}
 """The precedence of each operation. Names, numbers and calls have the precedence ATOM."""
@@ -34,8 +34,8 @@ def equation_text(form: Form, coordinates: Sequence[str], parameters: Sequence[s
 
     Sums and products keep the sequence of the case's own function. Raises ValueError for equations that branch.
     """
-    values = traced(form, Trace(len(coordinates), len(parameters)))
-    written = _written(values, coordinates, parameters)
+    values = trace_form(form, Trace(len(coordinates), len(parameters)))
+    written = _write(values, coordinates, parameters)
     if isinstance(form, SecondOrder):
         return replace(written, derivatives=(*coordinates[len(coordinates) // 2 :], *written.derivatives))
     return written
@@ -48,10 +48,10 @@ def function_text(function: Equations, coordinates: Sequence[str], parameters: S
         values = rebind(function, trace.functions)(trace.t, trace.state, trace.parameters)
     except TypeError as error:  # from a function that takes numbers only
         raise ValueError(f"it cannot be traced: {error}") from error
-    return _written(values, coordinates, parameters)
+    return _write(values, coordinates, parameters)
 
 
-def _written(values: Sequence[Value], coordinates: Sequence[str], parameters: Sequence[str]) -> EquationText:
+def _write(values: Sequence[Value], coordinates: Sequence[str], parameters: Sequence[str]) -> EquationText:
     names = {"t": "t"}
     names |= {f"y[{i}]": name for i, name in enumerate(coordinates)}
     names |= {f"p[{i}]": name for i, name in enumerate(parameters)}
@@ -66,7 +66,7 @@ class _Writer:
     def __init__(self, values: Sequence[Value], names: dict[str, str]) -> None:
         self.names, self.where = names, list[str]()
         self.written: dict[Node, str] = {}
-        nodes = reached(values)
+        nodes = list_reached(values)
         used = [*values, *(x for node in nodes for x in node.arguments)]
         uses = Counter(x for x in used if isinstance(x, Node))
         free = (name for name in (f"c{k}" for k in range(1, len(nodes) + len(names) + 2)) if name not in names.values())
@@ -91,10 +91,10 @@ class _Writer:
             return f"{name}({', '.join(text for text, _ in found)})", ATOM
         strength = _STRENGTH[operation]
         if operation == "neg":
-            return f"-{enclosed(*found[0], strength + 1)}", strength
-        left, right = enclosed(*found[0], strength), enclosed(*found[1], strength + 1)
+            return f"-{enclose(*found[0], strength + 1)}", strength
+        left, right = enclose(*found[0], strength), enclose(*found[1], strength + 1)
         return f"{left} {operation} {right if right[0] != '-' else f'({right})'}", strength
 
 
-def enclosed(text: str, strength: int, least: int) -> str:
+def enclose(text: str, strength: int, least: int) -> str:
     return text if strength >= least else f"({text})"

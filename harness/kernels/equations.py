@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from gnomon.cases.core import forms
 from gnomon.harness.contract.integrator import Floats, Problem
-from gnomon.harness.contract.sources import cached_by_content
+from gnomon.harness.contract.sources import cache_by_content
 from gnomon.harness.kernels import emission, ir, machine
 from gnomon.harness.kernels.called_equations import Called
 
@@ -224,12 +224,12 @@ def function_kernel(
     sizes = states, parameters, outputs
     if isinstance(function, Called):
         return CalledKernel(function, sizes, counted)
-    found = _compiled(function, sizes)
+    found = _compile(function, sizes)
     return found.counted() if counted else found
 
 
-@cached_by_content
-def _compiled(function: Callable[..., Any], sizes: tuple[int, int, int]) -> Kernel:
+@cache_by_content
+def _compile(function: Callable[..., Any], sizes: tuple[int, int, int]) -> Kernel:
     states, parameters, outputs = sizes
     check_source(function, set())
     check_values(function, (states, parameters), outputs)

@@ -1,6 +1,6 @@
 """Equations as one writes them: powers, one fraction a term, and no factor 1, double sign or needless parenthesis.
 
-`equation_text` keeps every operation for programs; here its expressions become sums of terms, which `written` writes in
+`equation_text` keeps every operation for programs; here its expressions become sums of terms, which `write` writes in
 a notation: `plain` for a terminal, `gnomon.harness.kernels.latex` for print.
 """
 
@@ -171,7 +171,7 @@ def _leaves(factor: tuple[Base, Exponent]) -> int:
     return inner + (0 if isinstance(exponent, Fraction) else _size(exponent))
 
 
-def written(value: Sum, notation: Notation) -> str:
+def write(value: Sum, notation: Notation) -> str:
     """A sum in a notation; a positive term comes first."""
     first = next((k for k, term in enumerate(value) if term.number > 0), 0)
     text = ""
@@ -214,7 +214,7 @@ def _factor(base: Base, exponent: Exponent, notation: Notation) -> str:
     if exponent == Fraction(1, 2):
         return notation.root(base if isinstance(base, tuple) else (Term(Fraction(1), ((base, Fraction(1)),)),))
     if exponent != 1:
-        text = str(exponent) if isinstance(exponent, Fraction) else written(exponent, notation)
+        text = str(exponent) if isinstance(exponent, Fraction) else write(exponent, notation)
         return notation.power(base, text)
     if isinstance(base, str):
         return notation.symbol(base)
@@ -237,13 +237,13 @@ class Plain:
         return f"{inner}^{exponent if exponent.isalnum() else f'({exponent})'}"
 
     def root(self, under: Sum) -> str:
-        return f"sqrt({written(under, self)})"
+        return f"sqrt({write(under, self)})"
 
     def call(self, call: Call) -> str:
-        return f"{call.function}({', '.join(written(x, self) for x in call.arguments)})"
+        return f"{call.function}({', '.join(write(x, self) for x in call.arguments)})"
 
     def enclosed(self, inner: Sum) -> str:
-        return f"({written(inner, self)})"
+        return f"({write(inner, self)})"
 
     def quotient(self, above: Sequence[str], below: Sequence[str], alone: tuple[Sum | None, Sum | None]) -> str:
         down = self.product(below)
@@ -258,6 +258,6 @@ def plain(text: EquationText, before: Sequence[str]) -> Iterator[str]:
     named, found = formulas(text)
     notation = Plain()
     for words, value in zip(before, found, strict=True):
-        yield f"{words} {written(value, notation)}"
+        yield f"{words} {write(value, notation)}"
     for name, value in named.items():
-        yield f"  with {name} = {written(value, notation)}"
+        yield f"  with {name} = {write(value, notation)}"

@@ -156,10 +156,10 @@ class Value:
         return arithmetic("mul", other, self)
 
     def __truediv__(self, other: Any) -> Any:
-        return divided(self, other)
+        return divide(self, other)
 
     def __rtruediv__(self, other: Any) -> Any:
-        return divided(other, self)
+        return divide(other, self)
 
     def __neg__(self) -> "Value":
         operation = f"sub i64 0, {self}" if self.kind == INTEGER else f"fneg {CONTRACT}{self.typed}"
@@ -179,12 +179,12 @@ class Value:
         return arithmetic(
             "sub",
             quotient,
-            convert(compared("slt", rest ^ convert(other, INTEGER), 0) & compared("ne", rest, 0), INTEGER),
+            convert(compare("slt", rest ^ convert(other, INTEGER), 0) & compare("ne", rest, 0), INTEGER),
         )
 
     def __mod__(self, other: Any) -> Any:
         _, rest = self._divided(other)
-        wrong = compared("slt", rest ^ convert(other, INTEGER), 0) & compared("ne", rest, 0)
+        wrong = compare("slt", rest ^ convert(other, INTEGER), 0) & compare("ne", rest, 0)
         return arithmetic("add", rest, select(wrong, convert(other, INTEGER), 0))
 
     def _divided(self, other: Any) -> tuple["Value", "Value"]:
@@ -204,22 +204,22 @@ class Value:
         return here().emit(self.kind, f"xor {self.typed}, {convert(other, self.kind)}")
 
     def __lt__(self, other: Any) -> "Value":
-        return compared("lt", self, other)
+        return compare("lt", self, other)
 
     def __le__(self, other: Any) -> "Value":
-        return compared("le", self, other)
+        return compare("le", self, other)
 
     def __gt__(self, other: Any) -> "Value":
-        return compared("gt", self, other)
+        return compare("gt", self, other)
 
     def __ge__(self, other: Any) -> "Value":
-        return compared("ge", self, other)
+        return compare("ge", self, other)
 
     def __eq__(self, other: object) -> "Value":  # type: ignore[override]
-        return compared("eq", self, other)
+        return compare("eq", self, other)
 
     def __ne__(self, other: object) -> "Value":  # type: ignore[override]
-        return compared("ne", self, other)
+        return compare("ne", self, other)
 
     def __iter__(self) -> Any:
         raise Subset("a number where several are wanted")
@@ -233,7 +233,7 @@ class Value:
         return 0.0
 
 
-def symbolic(*values: Any) -> bool:
+def is_symbolic(*values: Any) -> bool:
     """Whether one of the values is known only to the emitted code."""
     return any(isinstance(value, Value) for value in values)
 
@@ -300,12 +300,12 @@ def exact(name: str, a: Any, b: Any) -> Any:
     return arithmetic(name, a, b, "")
 
 
-def divided(a: Any, b: Any) -> Value:
+def divide(a: Any, b: Any) -> Value:
     a, b, kind = common(a, b, REAL)
     return here().emit(kind, f"fdiv {CONTRACT}{kind} {a}, {b}")
 
 
-def compared(how: str, a: Any, b: Any) -> Value:
+def compare(how: str, a: Any, b: Any) -> Value:
     a, b, kind = common(a, b)
     if kind in (INTEGER, TRUTH):
         signed = "" if how in ("eq", "ne") or how.startswith("s") else "s"
@@ -422,7 +422,7 @@ class Array:
         return Array(self.pointer, shape if isinstance(shape, tuple) else (shape,), self.kind, self.pairs)
 
     def __len__(self) -> int:
-        if symbolic(self.shape[0]):
+        if is_symbolic(self.shape[0]):
             raise Subset("len of an array whose size only the emitted code knows; use .shape")
         return int(self.shape[0])
 
@@ -430,8 +430,8 @@ class Array:
         at: Any = 0
         for n, size in enumerate(self.shape):
             i = index[n] if n < len(index) else 0
-            if not symbolic(i):
-                if not symbolic(size) and not -size <= i < size:
+            if not is_symbolic(i):
+                if not is_symbolic(size) and not -size <= i < size:
                     raise Subset(f"index {i} of an array of {size}")
                 i = size + i if i < 0 else i
             at = i if n == 0 else at * size + i
@@ -446,7 +446,7 @@ class Array:
                 raise Subset("a slice with a step")
             start = 0 if index.start is None else index.start
             stop = self.shape[0] if index.stop is None else index.stop
-            ends = [x for x in (0, start, stop, self.shape[0]) if not symbolic(x)]
+            ends = [x for x in (0, start, stop, self.shape[0]) if not is_symbolic(x)]
             if ends != sorted(ends):
                 raise Subset(f"the slice [{start}:{stop}] of an array of {self.shape[0]}")
             return Array(self.place((start,)), (stop - start, *self.shape[1:]), self.kind, self.pairs)
@@ -488,7 +488,7 @@ def new_array(shape: Any, kind: str = REAL, pairs: bool = False) -> Array:
     """An array on the stack, whose content is not set. It lives as long as the call of the emitted function."""
     shape = shape if isinstance(shape, tuple) else (shape,)
     f, parts = here(), 2 if pairs else 1
-    if not symbolic(*shape):
+    if not is_symbolic(*shape):
         pointer = Value(POINTER, f.allocate(f"[{math.prod(shape) * parts} x {kind}]", 64))
         return Array(pointer, shape, kind, pairs)
     if f.depth:
@@ -582,7 +582,7 @@ def branch(condition: Any) -> Iterator[bool]:
 
 
 def truth(x: Value) -> Value:
-    return x if x.kind == TRUTH else compared("ne", x, 0)
+    return x if x.kind == TRUTH else compare("ne", x, 0)
 
 
 class Loop:
@@ -637,13 +637,13 @@ class SymbolicRange:
 
 
 def range_(*bounds: Any) -> Any:
-    if not symbolic(*bounds):
+    if not is_symbolic(*bounds):
         return range(*bounds)
     start, stop, step = (0, bounds[0], 1) if len(bounds) == 1 else bounds if len(bounds) == 3 else (*bounds, 1)
     return SymbolicRange(start, stop, step)
 
 
-def counted(indices: Any) -> Iterator[tuple[Loop, Any]]:
+def count_loop(indices: Any) -> Iterator[tuple[Loop, Any]]:
     """The body of a `for` over a range, emitted once: yields the loop and the index."""
     if not isinstance(indices, range | SymbolicRange):
         raise Subset("break or continue in a loop that is not over a range")
@@ -654,7 +654,7 @@ def counted(indices: Any) -> Iterator[tuple[Loop, Any]]:
     f.at(one.head)
     f.depth += 1
     index = place.load()
-    one.check(compared("lt" if symbolic(step) or step > 0 else "gt", index, stop))
+    one.check(compare("lt" if is_symbolic(step) or step > 0 else "gt", index, stop))
     yield one, index
     f.depth -= 1
     f.go(one.again)
@@ -679,7 +679,7 @@ def iterate(values: Any, depth: int = 1) -> Iterator[Any]:
             f.copies = outside
             return
     if isinstance(values, range | SymbolicRange):
-        for _, index in counted(values):
+        for _, index in count_loop(values):
             yield index
     elif isinstance(values, Array):
         for i in iterate(range_(values.shape[0])):
@@ -720,7 +720,7 @@ def either(a: Any, b: Callable[[], Any], conjunction: bool, guarded: bool) -> An
     return place.load()
 
 
-def negated(a: Any) -> Any:
+def negate(a: Any) -> Any:
     return truth(a) ^ True if isinstance(a, Value) else not a
 
 

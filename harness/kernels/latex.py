@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 
 from gnomon.harness.kernels.equation_text import EquationText
-from gnomon.harness.kernels.formula import Base, Call, Sum, Term, formulas, written
+from gnomon.harness.kernels.formula import Base, Call, Sum, Term, formulas, write
 
 GREEK = (
     r"(alpha|beta|gamma|delta|zeta|eta|theta|kappa|lambda|mu|nu|xi|pi|rho|sigma|tau|phi|chi|psi|omega|"
@@ -31,8 +31,8 @@ def latex(text: EquationText, coordinates: Sequence[str]) -> str:
     named, derivatives = formulas(text)
     notation = Latex()
     lines = [(symbol(name), value) for name, value in named.items()]
-    lines += [(dotted(x), value) for x, value in zip(coordinates, derivatives, strict=True)]
-    sides = [(name, written(value, notation)) for name, value in lines]
+    lines += [(dot_name(x), value) for x, value in zip(coordinates, derivatives, strict=True)]
+    sides = [(name, write(value, notation)) for name, value in lines]
     shown = [f"{left} &= {right}" for left, right in sides if left != right]
     return "\n".join([r"\begin{aligned}", " \\\\\n".join(shown), r"\end{aligned}"])
 
@@ -41,12 +41,12 @@ def symbol(name: str) -> str:
     r"""The symbol of a name: theta is \theta, I1 is I_1, vx is v_x, mu_k is \mu_k, phidot is \dot\phi, rate is \mathrm{rate}."""
     rate = RATE.fullmatch(name)
     if rate:
-        return dotted(rate[1])
+        return dot_name(rate[1])
     letter, index = _parts(name)
     return letter + (f"_{index}" if index else "")
 
 
-def dotted(name: str) -> str:
+def dot_name(name: str) -> str:
     """The symbol of the derivative of a name."""
     rate = RATE.fullmatch(name)
     letter, index = _parts(rate[1] if rate else name)
@@ -95,11 +95,11 @@ class Latex:
         return f"{self.enclosed(base)}^{raised}"
 
     def root(self, under: Sum) -> str:
-        return rf"\sqrt{{{written(under, self)}}}"
+        return rf"\sqrt{{{write(under, self)}}}"
 
     def call(self, call: Call, raised: str = "") -> str:
         function = NAMES.get(call.function, rf"\{call.function}") + raised
-        inner = ", ".join(written(x, self) for x in call.arguments)
+        inner = ", ".join(write(x, self) for x in call.arguments)
         ((first, *_), *_) = call.arguments if all(call.arguments) else ((Term(Fraction(0)),),)
         bare = len(call.arguments) == 1 and len(call.arguments[0]) == 1 and first.number == 1
         if bare and len(first.factors) == 1 and isinstance(first.factors[0][0], str) and first.factors[0][1] == 1:
@@ -107,11 +107,11 @@ class Latex:
         return f"{function}{_parentheses(inner)}"
 
     def enclosed(self, inner: Sum) -> str:
-        return _parentheses(written(inner, self))
+        return _parentheses(write(inner, self))
 
     def quotient(self, above: Sequence[str], below: Sequence[str], alone: tuple[Sum | None, Sum | None]) -> str:
         up, down = (
-            self.product(texts) if one is None else written(one, self)
+            self.product(texts) if one is None else write(one, self)
             for texts, one in zip((above, below), alone, strict=True)
         )
         return rf"\frac{{{up}}}{{{down}}}"

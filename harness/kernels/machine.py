@@ -13,7 +13,7 @@ from typing import Any
 import llvmlite
 import numpy as np
 from gnomon.harness.kernels import emission, ir
-from gnomon.harness.kernels.compiling import announced, cache_folder
+from gnomon.harness.kernels.compiling import announce, cache_folder
 from gnomon.harness.kernels.ir import INTEGER, POINTER, REAL, TRUTH, Value
 from gnomon.reference.storage import cachefolder
 from llvmlite import binding as llvm
@@ -50,7 +50,7 @@ def conditions() -> str:
     return f"{emission.emitter()} llvmlite {llvmlite.__version__} numpy {np.__version__.partition('.')[0]} {target}"
 
 
-def compiled(text: str) -> bytes:
+def compile_ir(text: str) -> bytes:
     """The object code of IR. Raises RuntimeError for wrong IR, which would end the process without this."""
     unit, machine = llvm.parse_assembly(text), _machine()
     unit.verify()
@@ -95,10 +95,10 @@ def code(key: str, names: tuple[str, ...], emit: Callable[[], None]) -> Code:
         return _linked[file]
     kept = cachefolder.load(cache_folder(), file)
     if kept is None:
-        with announced():
+        with announce():
             with ir.Module() as module:
                 emit()
-            kept = compiled(module.text())
+            kept = compile_ir(module.text())
         cachefolder.store_or_warn(cache_folder(), file, kept)
     return _linked.setdefault(file, Code(kept, names))
 
@@ -177,25 +177,25 @@ def define_entry(
     with ir.Function(f"{{result}} @{name}(ptr %self, ptr %arguments, i64 %count)") as f:
         f.result = POINTER
         fail = f.name("fail")
-        _require(ir.compared("eq", Value(INTEGER, "%count"), len(given)), f"{len(given)} arguments are wanted")
-        held = _loaded(POINTER, Value(POINTER, "%self"), DATA) if own else None
-        passed = [_loaded(INTEGER, held, 8 * n) for n in range(own)] if held is not None else []
+        _require(ir.compare("eq", Value(INTEGER, "%count"), len(given)), f"{len(given)} arguments are wanted")
+        held = _load(POINTER, Value(POINTER, "%self"), DATA) if own else None
+        passed = [_load(INTEGER, held, 8 * n) for n in range(own)] if held is not None else []
         least = iter(passed[1:])
         for n, (kind, dimensions) in enumerate(given):
-            item = _loaded(POINTER, Value(POINTER, "%arguments"), 8 * n)
+            item = _load(POINTER, Value(POINTER, "%arguments"), 8 * n)
             if not dimensions:
                 passed = [*passed, _number(item, kind, fail)]
                 continue
             pointer, *sizes = _array(item, n, kind, dimensions)
             smallest = next(least, None)
             if smallest is not None:
-                _require(ir.compared("ge", sizes[0], smallest), f"argument {n + 1} has too few elements")
+                _require(ir.compare("ge", sizes[0], smallest), f"argument {n + 1} has too few elements")
             passed = [*passed, pointer, *sizes]
         new = None
         if returns:
             size = next(least)
             new = _new_array(size, fail)
-            passed = [*passed, _loaded(POINTER, new, DATA), size]
+            passed = [*passed, _load(POINTER, new, DATA), size]
         call = f"call {result} @{inner}({', '.join(x.typed for x in passed)})"
         thread = ir.call("PyEval_SaveThread", POINTER) if unlocked else None
         value = None
@@ -215,7 +215,7 @@ def define_entry(
         f.do("ret ptr null")
 
 
-def _loaded(kind: str, base: Value, offset: int) -> Value:
+def _load(kind: str, base: Value, offset: int) -> Value:
     place = ir.here().emit(POINTER, f"getelementptr i8, ptr {base}, i64 {offset}")
     return ir.here().emit(kind, f"load {kind}, ptr {place}, align {1 if kind == 'i8' else 4 if kind == 'i32' else 8}")
 
@@ -251,35 +251,35 @@ def _number(item: Value, kind: str, fail: str) -> Value:
     f = ir.here()
     name, result, wrong = ("PyFloat_AsDouble", REAL, -1.0) if kind == REAL else ("PyLong_AsLongLong", INTEGER, -1)
     found = ir.call(name, result, item)
-    for suspicious in ir.branch(ir.compared("eq", found, wrong)):
+    for suspicious in ir.branch(ir.compare("eq", found, wrong)):
         if suspicious:
             good = f.name("good")
             failed = ir.call("PyErr_Occurred", POINTER)
             f.do(f"br i1 {f.emit(TRUTH, f'icmp eq ptr {failed}, null')}, label %{good}, label %{fail}")
             f.at(good)
-    return ir.compared("ne", found, 0) if kind == TRUTH else found
+    return ir.compare("ne", found, 0) if kind == TRUTH else found
 
 
 def _array(item: Value, n: int, kind: str, dimensions: int) -> list[Value]:
     """Address and sizes of the numpy array that an argument is."""
     f = ir.here()
     what = f"argument {n + 1} must be a C-contiguous, writeable {'float64' if kind == REAL else 'int64'} array of {dimensions} dimension{'s' * (dimensions > 1)}"
-    same = f.emit(TRUTH, f"icmp eq ptr {_loaded(POINTER, item, 8)}, {_symbol('gnomon_ndarray')}")
+    same = f.emit(TRUTH, f"icmp eq ptr {_load(POINTER, item, 8)}, {_symbol('gnomon_ndarray')}")
     _require(same, what)
-    flags = f.emit("i32", f"and i32 {_loaded('i32', item, ARRAY_FLAGS)}, {FLAGS}")
-    dtype = _loaded(POINTER, item, TYPE)
+    flags = f.emit("i32", f"and i32 {_load('i32', item, ARRAY_FLAGS)}, {FLAGS}")
+    dtype = _load(POINTER, item, TYPE)
     conditions = [
         f.emit(TRUTH, f"icmp eq i32 {flags}, {FLAGS}"),
-        f.emit(TRUTH, f"icmp eq i32 {_loaded('i32', item, DIMENSIONS)}, {dimensions}"),
-        f.emit(TRUTH, f"icmp eq i32 {_loaded('i32', dtype, NUMBER)}, {NUMBERS[kind]}"),
-        f.emit(TRUTH, f"icmp eq i8 {_loaded('i8', dtype, ORDER)}, {ord('=')}"),
+        f.emit(TRUTH, f"icmp eq i32 {_load('i32', item, DIMENSIONS)}, {dimensions}"),
+        f.emit(TRUTH, f"icmp eq i32 {_load('i32', dtype, NUMBER)}, {NUMBERS[kind]}"),
+        f.emit(TRUTH, f"icmp eq i8 {_load('i8', dtype, ORDER)}, {ord('=')}"),
     ]
     all_of = conditions[0]
     for condition in conditions[1:]:
         all_of = all_of & condition
     _require(all_of, what)
-    shape = _loaded(POINTER, item, SHAPE)
-    return [_loaded(POINTER, item, DATA), *(_loaded(INTEGER, shape, 8 * k) for k in range(dimensions))]
+    shape = _load(POINTER, item, SHAPE)
+    return [_load(POINTER, item, DATA), *(_load(INTEGER, shape, 8 * k) for k in range(dimensions))]
 
 
 def _new_array(size: Value, fail: str) -> Value:

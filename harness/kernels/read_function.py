@@ -66,7 +66,7 @@ def formulas(
 
 def write_function(values: Sequence[Value], name: str, places: Sequence[int] | None = None) -> Callable[..., Any]:
     """The function (t, state, parameters) with these traced values; component i of the trace is `state[places[i]]`."""
-    return _written(name, *_text(sequence(values), values, places))
+    return _write(name, *_text(sequence(values), values, places))
 
 
 def on_symbols(function: Any, trace: Trace) -> Callable[..., Any]:
@@ -111,7 +111,7 @@ def _text(nodes: Sequence[Node], values: Sequence[Value], places: Sequence[int] 
 
 
 @cache
-def _written(name: str, lines: tuple[str, ...], value: str) -> Callable[..., Any]:
+def _write(name: str, lines: tuple[str, ...], value: str) -> Callable[..., Any]:
     """One function for equal formulas, so that they are compiled once."""
     content = hashlib.sha256("\n".join([*lines, value]).encode()).hexdigest()[:16]
     names = {each: getattr(math, each) for each in FUNCTIONS} | CONSTANTS

@@ -82,7 +82,7 @@ def _rewritten(definition: ast.FunctionDef) -> ast.FunctionDef:
     loops = [x for x in _statements(body) if isinstance(x, ast.For | ast.While)]
     jumps = any(_has_return(x.body) for x in loops)
     if not jumps and _has_return(body[:-1] if body and isinstance(body[-1], ast.Return) else body):
-        body = [*_folded(body), ast.Return(ast.Name(RESULT, ast.Load()))]
+        body = [*_fold_returns(body), ast.Return(ast.Name(RESULT, ast.Load()))]
     arguments = [argument.arg for argument in definition.args.args]
     slots = _in_slots(body, arguments)
     rewrite = Rewrite(slots, jumps)
@@ -115,7 +115,7 @@ def _frame(name: str, context: ast.expr_context) -> ast.Attribute:
     return ast.Attribute(ast.Name(FRAME, ast.Load()), name, context)
 
 
-def _folded(statements: Sequence[ast.stmt]) -> list[ast.stmt]:
+def _fold_returns(statements: Sequence[ast.stmt]) -> list[ast.stmt]:
     """Statements in which each `return` assigns the result, and what follows a branch that returns is its `else`."""
     for n, one in enumerate(statements):
         if isinstance(one, ast.Return):
@@ -125,8 +125,8 @@ def _folded(statements: Sequence[ast.stmt]) -> list[ast.stmt]:
             rest = list(statements[n + 1 :])
             if not _returns(one.body) and not _returns(one.orelse) and rest:
                 raise Refusal(one, "a branch that returns in some cases only; let each branch return or none")
-            then = _folded([*one.body, *([] if _returns(one.body) else rest)])
-            other = _folded([*one.orelse, *([] if _returns(one.orelse) else rest)])
+            then = _fold_returns([*one.body, *([] if _returns(one.body) else rest)])
+            other = _fold_returns([*one.orelse, *([] if _returns(one.orelse) else rest)])
             return [*statements[:n], ast.copy_location(ast.If(one.test, then, other), one)]
     return [*statements, ast.Assign([ast.Name(RESULT, ast.Store())], ast.Constant(None))]
 
@@ -225,7 +225,7 @@ class Rewrite(ast.NodeTransformer):
         found, *rest = [self.visit(value) for value in node.values]
         for value, original in zip(rest, node.values[1:], strict=True):
             both = ast.Constant(isinstance(node.op, ast.And))
-            found = self.helper("either", found, _later(value), both, ast.Constant(_guarded(original)))
+            found = self.helper("either", found, _later(value), both, ast.Constant(_is_guarded(original)))
         return ast.copy_location(found, node)
 
     def visit_UnaryOp(self, node: ast.UnaryOp) -> ast.expr:
@@ -241,7 +241,7 @@ class Rewrite(ast.NodeTransformer):
         return node
 
     def visit_IfExp(self, node: ast.IfExp) -> ast.expr:
-        guarded = ast.Constant(_guarded(node.body) or _guarded(node.orelse))
+        guarded = ast.Constant(_is_guarded(node.body) or _is_guarded(node.orelse))
         self.generic_visit(node)
         return self.helper("choose", node.test, _later(node.body), _later(node.orelse), guarded)
 
@@ -324,7 +324,7 @@ def _later(node: ast.expr) -> ast.Lambda:
     return ast.Lambda(ast.arguments([], [], None, [], [], None, []), node)
 
 
-def _guarded(node: ast.expr) -> bool:
+def _is_guarded(node: ast.expr) -> bool:
     """Whether an expression may be costly or invalid where its value does not count."""
     return any(isinstance(x, ast.Subscript | ast.Call) for x in ast.walk(node))
 

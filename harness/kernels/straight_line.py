@@ -7,11 +7,11 @@ from typing import Any
 
 from gnomon.cases.core.arithmetic import FUNCTIONS
 from gnomon.cases.core.forms import Equations, FirstOrder
-from gnomon.harness.contract.sources import cached_by_content
+from gnomon.harness.contract.sources import cache_by_content
 from gnomon.harness.kernels import emission, ir
 from gnomon.harness.kernels.derivatives import jacobian
 from gnomon.harness.kernels.equations import Kernel, content, function_kernel, write
-from gnomon.harness.kernels.traced import ROUND, Node, ReducedTrace, Trace, Value, sequence, traced
+from gnomon.harness.kernels.traced import ROUND, Node, ReducedTrace, Trace, Value, sequence, trace_form
 
 OPERATORS: dict[str, Callable[..., Any]] = {
     "+": operator.add, "-": operator.sub, "*": operator.mul, "/": operator.truediv, "**": operator.pow,
@@ -26,7 +26,7 @@ class WithJacobian(FirstOrder):
     jacobian: Equations
 
 
-def evaluated(
+def evaluate(
     nodes: Iterable[Node], trace: Trace, t: Any, y: Sequence[Any], p: Sequence[Any], functions: Mapping[str, Any]
 ) -> dict[Any, Any]:
     """The values of nodes, each after its arguments, at a time, a state and parameters.
@@ -46,11 +46,11 @@ def evaluated(
     return found
 
 
-def computed(
+def compute(
     values: Sequence[Value], trace: Trace, t: Any, y: Sequence[Any], p: Sequence[Any], functions: Mapping[str, Any]
 ) -> list[Any]:
-    """The numbers that traced `values` are (see `evaluated`); each node is computed only once."""
-    found = evaluated(sequence(values), trace, t, y, p, functions)
+    """The numbers that traced `values` are (see `evaluate`); each node is computed only once."""
+    found = evaluate(sequence(values), trace, t, y, p, functions)
     return [found[x] if isinstance(x, Node) else x for x in values]
 
 
@@ -61,11 +61,11 @@ def derivatives(form: FirstOrder, trace: Trace, slopes: bool = False, by_time: b
     """
     if by_time:
         trace.t.level = ROUND
-    values = traced(form, trace)
+    values = trace_form(form, trace)
     return (*(values if slopes else ()), *jacobian(values, (*trace.state, trace.t) if by_time else trace.state))
 
 
-@cached_by_content
+@cache_by_content
 def derivatives_kernel(
     form: FirstOrder, dimension: int, parameters: int, slopes: bool = False, by_time: bool = False
 ) -> Kernel:
@@ -74,7 +74,7 @@ def derivatives_kernel(
     def body(t: ir.Value, y: ir.Array, p: ir.Array, out: ir.Array) -> None:
         trace = ReducedTrace(dimension, parameters)
         values = derivatives(form, trace, slopes, by_time)
-        write(out, computed(values, trace, t, content(y), content(p), emission.MATH))
+        write(out, compute(values, trace, t, content(y), content(p), emission.MATH))
 
     key = f"derivatives {slopes} {by_time}\n{emission.fingerprint(form.equations)}"
     found = Kernel(key, body, (dimension, parameters, dimension * (dimension + slopes + by_time)))

@@ -100,26 +100,26 @@ class Trace:
         return self.nodes[key]
 
     def sum(self, a: Value, b: Value) -> Value:
-        if number(a, 0) or number(b, 0):
-            return b if number(a, 0) else a
+        if is_number(a, 0) or is_number(b, 0):
+            return b if is_number(a, 0) else a
         return self.node("+", a, b)
 
     def difference(self, a: Value, b: Value) -> Value:
-        if number(b, 0):
+        if is_number(b, 0):
             return a
         if a is b:
             return 0
-        return -b if number(a, 0) else self.node("-", a, b)
+        return -b if is_number(a, 0) else self.node("-", a, b)
 
     def product(self, a: Value, b: Value) -> Value:
-        if number(a, 0) or number(b, 0):
+        if is_number(a, 0) or is_number(b, 0):
             return 0
-        if number(a, 1) or number(b, 1):
-            return b if number(a, 1) else a
+        if is_number(a, 1) or is_number(b, 1):
+            return b if is_number(a, 1) else a
         return self.node("*", a, b)
 
     def quotient(self, a: Value, b: Value) -> Value:
-        return a if number(a, 0) or number(b, 1) else self.node("/", a, b)
+        return a if is_number(a, 0) or is_number(b, 1) else self.node("/", a, b)
 
     def power(self, a: Value, b: Value) -> Value:
         return self.node("**", a, b)
@@ -172,11 +172,11 @@ def level(value: Value) -> int:
     return value.level if isinstance(value, Node) else RUN
 
 
-def number(value: Value, which: int) -> bool:
+def is_number(value: Value, which: int) -> bool:
     return isinstance(value, int | float) and value == which
 
 
-def traced(form: Form, trace: Trace) -> tuple[Value, ...]:
+def trace_form(form: Form, trace: Trace) -> tuple[Value, ...]:
     """Trace the first-order right-hand side of a form; for SecondOrder trace only the accelerations.
 
     Raises ValueError for code that has no expression: a branch on a value, abs, floor.
@@ -198,7 +198,7 @@ def _right_hand_side(form: Form, t: Node, y: Values, p: Values, functions: dict[
     return tuple(rebind(first.equations, functions)(t, y, p))
 
 
-def reached(values: Iterable[Value]) -> list[Node]:
+def list_reached(values: Iterable[Value]) -> list[Node]:
     """All nodes on which `values` depend, each after its arguments."""
     found: dict[Node, None] = {}
 
@@ -215,4 +215,4 @@ def reached(values: Iterable[Value]) -> list[Node]:
 
 def sequence(values: Iterable[Value]) -> list[Node]:
     """All nodes on which `values` depend, in the sequence in which they were traced."""
-    return sorted(reached(values), key=lambda x: x.index)
+    return sorted(list_reached(values), key=lambda x: x.index)

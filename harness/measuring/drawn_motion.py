@@ -17,7 +17,7 @@ import numpy as np
 from gnomon.cases import Case
 from gnomon.cases.core.forms import Equations, FirstOrder
 from gnomon.harness.contract.integrator import Floats
-from gnomon.harness.measuring.reference_solution import CaseSpec, kept_solution
+from gnomon.harness.measuring.reference_solution import CaseSpec, find_kept
 
 SCALES = 80.0
 """The largest number of time scales in a drawing, as more oscillations would merge."""
@@ -56,7 +56,7 @@ def curve(case: Case) -> tuple[Floats, Floats]:
         ranges = np.ptp(known, axis=0)
         sizes = _group_ranges(shown, ranges)
         for each in stretches:
-            each.pieces = list(_integrated(shown, each, sizes))
+            each.pieces = list(_integrate_stretch(shown, each, sizes))
         drawn = [_points(each, sizes, shown.time_scale) for each in stretches]
         known = np.concatenate([found for _, found in drawn])
         if np.all(_group_ranges(shown, np.ptp(known, axis=0)) <= 2 * sizes):
@@ -88,7 +88,7 @@ def _exact_states(case: Case) -> tuple[Case, Floats, Floats]:
     """
     rounded = case.rounded()
     span = min(float(case.times[-1]), SCALES * case.time_scale)
-    found = kept_solution(CaseSpec.of(rounded)) if case.variant is None else None
+    found = find_kept(CaseSpec.of(rounded)) if case.variant is None else None
     if found is not None and np.count_nonzero(found.times <= span) >= FEW:
         inside = found.times <= span
         return rounded, found.times[inside], found.exact[inside]
@@ -142,7 +142,7 @@ def _group_ranges(case: Case, ranges: Floats) -> Floats:
     return np.array([max(largest[name], 1e-300) for name in groups])
 
 
-def _integrated(
+def _integrate_stretch(
     case: Case, stretch: Stretch, sizes: Floats
 ) -> Iterator[tuple[float, float, Callable[[Floats], Floats]]]:
     """The pieces of a stretch, each from an exact state to the last one with which the integration agrees."""

@@ -22,7 +22,7 @@ _ATTEMPTS = 10_000
 _ENCODED_ATTEMPTS = 100
 
 
-def perturbed_states(case: Case, formulation: Formulation | None, sizes: Floats, ulps: int = 1) -> Iterator[Floats]:
+def perturb_start(case: Case, formulation: Formulation | None, sizes: Floats, ulps: int = 1) -> Iterator[Floats]:
     """Distinct initial states (dim,) in the case's domain, the nearest first, without the case's own initial state.
 
     The perturbations are multiples of `ulps` units in the last place.

@@ -45,7 +45,7 @@ class Prepared:
             self.solver.reset()
         with np.errstate(all="ignore"), warnings.catch_warnings(action="ignore"):  # motions beyond a limit overflow
             found = self.solver.solve(starts)
-        return validation.checked(found, (len(starts), len(self.problem.times), self.problem.dimension))
+        return validation.check(found, (len(starts), len(self.problem.times), self.problem.dimension))
 
     def counted(self, starts: Floats) -> tuple[Solution, int]:
         """The solution, and the number of its right-hand sides where the problem counts them, else 0."""
@@ -79,9 +79,9 @@ class Call:
         self.seconds = (perf_counter_ns() - began) * 1e-9
         if os.getpid() != process:
             os._exit(1)  # this process is a copy that the integrator forked: it would repeat the trial, and fork again
-        self.delay_seconds = _waited(before, run_delays())
+        self.delay_seconds = _find_wait(before, run_delays())
         if keep:
-            self.solution = validation.checked(solution, (1, len(problem.times), problem.dimension))
+            self.solution = validation.check(solution, (1, len(problem.times), problem.dimension))
             self.states = self.solution.states[0]
 
     @property
@@ -90,7 +90,7 @@ class Call:
         return (self.delay_seconds or 0.0) / max(self.seconds, RESOLUTION)
 
 
-def _waited(before: dict[str, int] | None, after: dict[str, int] | None) -> float | None:
+def _find_wait(before: dict[str, int] | None, after: dict[str, int] | None) -> float | None:
     """The seconds between two readings; a thread that began in between has all of its own."""
     if before is None or after is None:
         return None

@@ -108,7 +108,7 @@ def reference_solution(spec: CaseSpec) -> ReferenceSolution:
     return _read(diskcache.cached(key, lambda: _entry(_compute(spec)), PACK))
 
 
-def kept_solution(spec: CaseSpec) -> ReferenceSolution | None:
+def find_kept(spec: CaseSpec) -> ReferenceSolution | None:
     """The reference solution that is in the cache on disk or comes with gnomon; None if it would have to be computed."""
     key = _key(spec)
     entry = None if key is None else diskcache.load(key, PACK)
@@ -124,7 +124,7 @@ def reference_solutions(
     """
     found: dict[CaseSpec, ReferenceSolution | str] = {}
     for spec in specs:
-        kept = kept_solution(spec)
+        kept = find_kept(spec)
         if kept is not None:
             found[spec] = kept
             progress()
@@ -141,7 +141,7 @@ def reference_solutions(
     return found
 
 
-def kept_entry(spec: CaseSpec, solution: ReferenceSolution | str) -> tuple[str, diskcache.Entry]:
+def make_entry(spec: CaseSpec, solution: ReferenceSolution | str) -> tuple[str, diskcache.Entry]:
     """The key and the content under which a solution is kept. Raises ValueError without a solution or key."""
     key = _key(spec)
     if key is None or isinstance(solution, str):
@@ -222,14 +222,14 @@ def _encoding_effect(case: Case, formulation: Formulation, start: Floats) -> Flo
                 here = np.array([float(x) for x in case.initial_state])
                 slope, ratio = here - formulation.decode(start - step, parameters), Fraction(1, 2)
         changes = [Fraction(float(d)) * ratio for d in slope]
-        neighbour = _perturbed(case, changes)
+        neighbour = _perturb(case, changes)
         if neighbour is not None:
             states = [neighbour.exact(t, 40) for t in case.times.tolist()]
             total += _distances(case, states, nominal) ** 2
     return np.asarray(np.sqrt(total))
 
 
-def _perturbed(case: Case, changes: Sequence[Fraction]) -> Case | None:
+def _perturb(case: Case, changes: Sequence[Fraction]) -> Case | None:
     """The case with `changes` added to its initial state, or subtracted if the sum is outside the domain; else None."""
     for sign in (1, -1):
         state = [x + sign * change for x, change in zip(case.initial_state, changes, strict=True)]

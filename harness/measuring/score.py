@@ -128,11 +128,11 @@ class Scorer:
         finite = np.all(np.isfinite(states), axis=1)
         if not np.all(finite):
             first = float(self.reference.times[int(np.argmin(finite))])
-            return _diverged(f"states are not finite from t = {first:.6g} s")
+            return _score_diverged(f"states are not finite from t = {first:.6g} s")
         with np.errstate(all="ignore"):  # very large finite states overflow in the metric
             errors = self.metric.distance(states, self.reference.exact, self.reference.times)
         if not np.all(np.isfinite(errors)):
-            return _diverged("states too large to measure")
+            return _score_diverged("states too large to measure")
         status, reason = self.status(errors)
         phase, shape = self.split(states)
         return {
@@ -297,7 +297,7 @@ class Scorer:
         return largest if largest > 1e-3 * cancelled else cancelled or 1.0
 
 
-def _diverged(reason: str) -> dict[str, Any]:
+def _score_diverged(reason: str) -> dict[str, Any]:
     return {"status": Status.DIVERGED, "reason": reason, "error_max": math.nan}
 
 

@@ -19,7 +19,7 @@ Floats = NDArray[np.float64]
 
 def exact_states(case: Case, times: Floats) -> Floats:
     """The exact states (n, dim) at the times (n,), as `Case.sample`."""
-    return _kept(case, ["exact states", times.tolist()], lambda: case.sample(times))
+    return _keep_array(case, ["exact states", times.tolist()], lambda: case.sample(times))
 
 
 def error_growth(case: Case, times: Floats, sizes: Floats) -> Floats | None:
@@ -29,11 +29,11 @@ def error_growth(case: Case, times: Floats, sizes: Floats) -> Floats | None:
         found = growth.growth(case, times, sizes)
         return np.empty(0) if found is None else found
 
-    found = _kept(case, ["growth", times.tolist(), sizes.tolist()], build)
+    found = _keep_array(case, ["growth", times.tolist(), sizes.tolist()], build)
     return found if len(found) else None
 
 
-def _kept(case: Case, asked: list[object], build: Callable[[], Floats]) -> Floats:
+def _keep_array(case: Case, asked: list[object], build: Callable[[], Floats]) -> Floats:
     """The array from the disk, unless a source of the case, of its exact motion or of the growth changed."""
     spec = CaseSpec.of(case)
     code, own = closure(spec.path.partition(":")[0]), closure(growth.__name__, within=())

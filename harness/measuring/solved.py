@@ -39,7 +39,7 @@ class Solved:
         return self.solution.states
 
 
-def solved(
+def solve_within(
     integrator: Integrator,
     problem: Problem,
     setting: float,

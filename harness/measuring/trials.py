@@ -15,14 +15,14 @@ from gnomon.cases import Case
 from gnomon.cases.core.forms import Constrained
 from gnomon.cases.core.scene import SceneForm
 from gnomon.harness.contract.integrator import Integrator, Problem, Solution, Steps
-from gnomon.harness.contract.problem import accepted_form
+from gnomon.harness.contract.problem import find_accepted_form
 from gnomon.harness.contract.status import Status
 from gnomon.harness.measuring.prepared import Prepared
 from gnomon.harness.measuring.reference_solution import CaseSpec, ReferenceSolution, reference_solution
 from gnomon.harness.measuring.score import Scorer, moves
 from gnomon.harness.measuring.settings import sweep_settings
 from gnomon.harness.measuring.shorter_spans import error_growth, exact_states
-from gnomon.harness.measuring.solved import Solved, solved
+from gnomon.harness.measuring.solved import Solved, solve_within
 from gnomon.harness.system.child_process import processor_time
 from numpy.typing import NDArray
 
@@ -149,7 +149,7 @@ class Trials:
 
     @cached_property
     def form(self) -> Any:
-        return accepted_form(self.case, self.integrator.accepts)
+        return find_accepted_form(self.case, self.integrator.accepts)
 
     @cached_property
     def settings(self) -> tuple[float, ...]:
@@ -319,7 +319,7 @@ class Trials:
     def outcome(self, problem: Problem, setting: float, start: Floats, moving: bool = False) -> Solved:
         """The outcome from a start (dim,)."""
         limited = self.limited(problem, setting)
-        return solved(self.integrator, limited, setting, start[None], moving, self.longest)
+        return solve_within(self.integrator, limited, setting, start[None], moving, self.longest)
 
     def _answer(self, setting: float, halvings: int, end: bool = False) -> Answer:
         began, counted = _clock(), self.integrator.counts_rhs

@@ -71,7 +71,7 @@ def _direction(random: Random, dimension: int = 3) -> Any:
     return vector / np.linalg.norm(vector)
 
 
-def _turned(random: Random) -> Any:
+def _turn(random: Random) -> Any:
     """A random rotation."""
     q, r = np.linalg.qr(random.normal(size=(3, 3)))
     q = q * np.sign(np.diag(r))
@@ -111,7 +111,7 @@ def _pendulums(random: Random, number: int) -> Made:
 
 def _orbit(random: Random, nearest: float, eccentricity: float, mu: float) -> tuple[Any, Any, float]:
     """Place and velocity at the nearest point of an orbit in space, and its period."""
-    frame, length = _turned(random), nearest / (1 - eccentricity)
+    frame, length = _turn(random), nearest / (1 - eccentricity)
     speed = math.sqrt(mu * (1 + eccentricity) / nearest)
     return nearest * frame[:, 0], speed * frame[:, 1], TURN * math.sqrt(length**3 / mu)
 
@@ -162,10 +162,10 @@ def _planets(random: Random, number: int) -> Made:
         masses.append(small)
         bodies.append((nearest * here, speed * ahead))
         nearest *= _between(random, 1.8, 2.6)
-    return drawn_equations.ATTRACTING, masses, _centred(masses, bodies), first * _decades(random, 2, 15)
+    return drawn_equations.ATTRACTING, masses, _move_to_centre(masses, bodies), first * _decades(random, 2, 15)
 
 
-def _centred(masses: Sequence[float], others: Sequence[tuple[Any, Any]]) -> list[float]:
+def _move_to_centre(masses: Sequence[float], others: Sequence[tuple[Any, Any]]) -> list[float]:
     """The start of bodies about the first one, seen from the centre of mass."""
     bodies = np.array([np.zeros(6), *(np.concatenate(one) for one in others)])
     bodies -= np.average(bodies, axis=0, weights=masses)
@@ -185,7 +185,7 @@ def _tops(random: Random, number: int) -> Made:
     squares = random.uniform(0.3, 2, 3)  # of the axes: any three are moments of inertia by pairs
     inertia = squares.sum() - squares
     centre, force = _decades(random, 0.1, 1) * _direction(random), _decades(random, 1, 10) * _direction(random)
-    start = [*(_decades(random, 0.5, 10) * _direction(random)), *_turned(random).ravel()]
+    start = [*(_decades(random, 0.5, 10) * _direction(random)), *_turn(random).ravel()]
     return drawn_equations.HEAVY_TOP, [*inertia, *centre, *force], start, _decades(random, 2, 15)
 
 

@@ -343,21 +343,21 @@ def _backwards(t: Any, state: Values, p: Values) -> Values:
     return (_push(t, state, p) + p[6],)
 
 
-def _held(t: Any, state: Values, p: Values) -> str:
+def _choose_mode(t: Any, state: Values, p: Values) -> str:
     push = _push(t, state, p)
     return "forwards" if push > p[6] else "backwards" if push < -p[6] else "sticks"
 
 
 def _begins(t: Any, state: Values, p: Values) -> str:
-    return "forwards" if state[1] > 0 else "backwards" if state[1] < 0 else _held(t, state, p)
+    return "forwards" if state[1] > 0 else "backwards" if state[1] < 0 else _choose_mode(t, state, p)
 
 
 STICK_SLIP = Hybrid(
     (Mode("forwards", _slides, (1.0,)), Mode("backwards", _slides, (-1.0,)), Mode("sticks", _sticks)),
     _begins,
     (
-        Transition("stop", "forwards", _slip, -1, _stops, _held),
-        Transition("stop", "backwards", _slip, 1, _stops, _held),
+        Transition("stop", "forwards", _slip, -1, _stops, _choose_mode),
+        Transition("stop", "backwards", _slip, 1, _stops, _choose_mode),
         Transition("slip forwards", "sticks", _forwards, 1, _stays, "forwards"),
         Transition("slip backwards", "sticks", _backwards, -1, _stays, "backwards"),
     ),

@@ -167,11 +167,11 @@ def _exact(x: Any) -> Fraction:
 def rough_hybrid(motion: HybridMotion) -> RoughMotion:
     """The motion on a grid of the span, rounded to binary64."""
     times = np.linspace(0, float(motion.span), GRID)
-    states = _rounded(motion, times)
+    states = _round_states(motion, times)
     return RoughMotion.of(times, states, np.max(np.abs(_rates(motion, times, states)), axis=0))
 
 
-def _rounded(motion: HybridMotion, times: Floats) -> Floats:
+def _round_states(motion: HybridMotion, times: Floats) -> Floats:
     return np.array([[float(x) for x in motion.path.value(Fraction(t))] for t in times.tolist()])
 
 
@@ -237,7 +237,7 @@ def hybrid_effect(motion: HybridMotion, times: Floats, rough: RoughMotion) -> tu
         if effect is not None:
             total += effect**2
             start += effect**2 if k < own else 0
-    rates = _rates(motion, times, _rounded(motion, times))
+    rates = _rates(motion, times, _round_states(motion, times))
     ticks = np.max(np.abs(rates) / rough.sizes, axis=1) * np.spacing(times) / 2
     return np.sqrt(start), np.sqrt(total + ticks**2)
 

@@ -64,7 +64,7 @@ def measure(path: Path, systems: Sequence[Drawn], seed: int, limit_seconds: floa
 
     Raises ValueError for a file with systems of another seed.
     """
-    left = [one for one in systems if one.name not in ended(path, seed)]
+    left = [one for one in systems if one.name not in read_ended(path, seed)]
     suite = replace(
         plan.suite("foundation").within(limit_seconds), name=SUITE, launches=1, timing_spans=False, turned=False
     )
@@ -72,7 +72,7 @@ def measure(path: Path, systems: Sequence[Drawn], seed: int, limit_seconds: floa
         made: dict[str, tuple[OwnSystem, Ended]] = {}
         needs: dict[str, str] = {}
         for one in family:
-            own, end = _made(one, seed)
+            own, end = _make(one, seed)
             progress.tell(f"{one.name}: {end.why or end.reference} ({end.seconds:.0f} s)")
             if own is None:
                 _note(path, {one.name: end})
@@ -83,7 +83,7 @@ def measure(path: Path, systems: Sequence[Drawn], seed: int, limit_seconds: floa
             _note(path, {name: made[name][1] for name in names})
 
 
-def _made(one: Drawn, seed: int) -> tuple[OwnSystem | None, Ended]:
+def _make(one: Drawn, seed: int) -> tuple[OwnSystem | None, Ended]:
     """A system with its reference; None if it is dropped."""
     began = monotonic()
     try:
@@ -125,7 +125,7 @@ def _note(path: Path, ends: Mapping[str, Ended]) -> None:
         results.end_run(number)
 
 
-def ended(path: Path, seed: int | None = None) -> dict[str, Ended]:
+def read_ended(path: Path, seed: int | None = None) -> dict[str, Ended]:
     """The systems that a results file notes as done; none without a file.
 
     Raises ValueError for systems of several seeds, or of another one than `seed`.
@@ -140,12 +140,12 @@ def ended(path: Path, seed: int | None = None) -> dict[str, Ended]:
     return found
 
 
-def judged(path: Path, catalogue: Path) -> dict[str, Any]:
+def judge_file(path: Path, catalogue: Path) -> dict[str, Any]:
     """The judgement of a run of the catalogue on a results file, with what was dropped and where it was measured.
 
     Raises ValueError for a file without systems, and for a file that has not all of its draw.
     """
-    done = ended(path)
+    done = read_ended(path)
     if not done:
         raise ValueError(f"{path}: no systems were measured; run this command without --judge first")
     (seed,) = {one.seed for one in done.values()}
@@ -164,7 +164,7 @@ def judged(path: Path, catalogue: Path) -> dict[str, Any]:
     found = outside.judge(
         outside.Trials(reading.rows(path), systems),
         lambda margin: recommending.answers(measured, margin),
-        outside.published_order(measured),
+        outside.find_published_order(measured),
     )
     dropped = [{"name": name, "why": one.why} for name, one in done.items() if one.why]
     made_by = {name: value for name, value in last["environment"].items() if not name.startswith(NOTE)}
@@ -183,7 +183,7 @@ def main(words: Sequence[str] | None = None) -> None:
     given = parser.parse_args(words)
     try:
         if given.judge is not None:
-            found = judged(given.out, given.judge)
+            found = judge_file(given.out, given.judge)
             study_file.write(found, given.to)
             print(sentence(found))
             return

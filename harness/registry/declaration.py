@@ -39,28 +39,28 @@ def validate(integrator: Integrator, origin: str = "") -> None:
         raise ValueError(f"{who}: versions() returns {short(versions)}; it is a mapping of names to versions")
 
 
-def _text(value: Any) -> bool:
+def _is_text(value: Any) -> bool:
     return isinstance(value, str) and bool(value.strip()) and value.isprintable()
 
 
-def _order(value: Any) -> bool:
+def _is_order(value: Any) -> bool:
     return value is None or (
         isinstance(value, Integral) and not isinstance(value, bool) and 0 < int(value) <= MOST_ORDER
     )
 
 
-def _kinds(value: Any) -> bool:
+def _are_kinds(value: Any) -> bool:
     return isinstance(value, tuple) and bool(value) and all(isinstance(kind, type) for kind in value)
 
 
 _RULES: dict[str, tuple[Callable[[Any], bool], str]] = {
-    "name": (_text, "it is a text in one line"),
-    "library": (_text, "it is a text in one line"),
-    "policy": (lambda value: value == "" or _text(value), "it is a text in one line, or empty"),
-    "sampling": (_text, "it is a text in one line"),
-    "order": (_order, f"it is a whole number from 1 to {MOST_ORDER}, or None"),
-    "dense_order": (_order, f"it is a whole number from 1 to {MOST_ORDER}, or None"),
-    "accepts": (_kinds, "it is a tuple of the forms that it takes, as (FirstOrder,)"),
+    "name": (_is_text, "it is a text in one line"),
+    "library": (_is_text, "it is a text in one line"),
+    "policy": (lambda value: value == "" or _is_text(value), "it is a text in one line, or empty"),
+    "sampling": (_is_text, "it is a text in one line"),
+    "order": (_is_order, f"it is a whole number from 1 to {MOST_ORDER}, or None"),
+    "dense_order": (_is_order, f"it is a whole number from 1 to {MOST_ORDER}, or None"),
+    "accepts": (_are_kinds, "it is a tuple of the forms that it takes, as (FirstOrder,)"),
     "sweep": (lambda value: isinstance(value, Tolerance | Steps), "it is a Tolerance(...) or a Steps(...)"),
     **dict.fromkeys(
         ("counts_rhs", "compensated", "primary"), (lambda value: isinstance(value, bool), "it is True or False")
@@ -76,17 +76,17 @@ _RULES: dict[str, tuple[Callable[[Any], bool], str]] = {
 def _wrong_sweep(sweep: Tolerance | Steps) -> str | None:
     """The rule that a sweep without settings breaks; None for a valid sweep."""
     if isinstance(sweep, Tolerance):
-        if not (_positive(sweep.tightest) and _positive(sweep.loosest) and sweep.tightest < sweep.loosest):
+        if not (_is_positive(sweep.tightest) and _is_positive(sweep.loosest) and sweep.tightest < sweep.loosest):
             return "tolerances are finite, positive, and the tightest is below the loosest"
-        return None if _whole(sweep.per_decade, 1, MOST_PER_DECADE) else f"per_decade is from 1 to {MOST_PER_DECADE}"
-    if not _positive(sweep.coarsest):
+        return None if _is_whole(sweep.per_decade, 1, MOST_PER_DECADE) else f"per_decade is from 1 to {MOST_PER_DECADE}"
+    if not _is_positive(sweep.coarsest):
         return "coarsest is a finite, positive number of time scales"
-    return None if _whole(sweep.halvings, 0, MOST_HALVINGS) else f"halvings is from 0 to {MOST_HALVINGS}"
+    return None if _is_whole(sweep.halvings, 0, MOST_HALVINGS) else f"halvings is from 0 to {MOST_HALVINGS}"
 
 
-def _positive(value: Any) -> bool:
+def _is_positive(value: Any) -> bool:
     return is_finite(value) and float(value) > 0
 
 
-def _whole(value: Any, low: int, high: int) -> bool:
+def _is_whole(value: Any, low: int, high: int) -> bool:
     return isinstance(value, Integral) and not isinstance(value, bool) and low <= int(value) <= high

@@ -37,7 +37,7 @@ def describe() -> dict[str, str]:
     return found | versions() | ({"revision": revision} if revision else {})
 
 
-def recorded() -> dict[str, str]:
+def record() -> dict[str, str]:
     """`describe` with the day in UTC, as a file of measurements holds it."""
     return describe() | {"date": datetime.now(UTC).date().isoformat()}
 
@@ -47,7 +47,7 @@ def comparable(found: Mapping[str, str]) -> dict[str, str]:
     return {name: value for name, value in found.items() if name not in ("date", "revision")}
 
 
-def installed() -> dict[str, str]:
+def list_installed() -> dict[str, str]:
     """The version of every installed distribution but gnomon, by its name."""
     found = dict(map(_name_and_version, distributions()))
     return {name: found[name] for name in sorted(found) if name != "gnomon"}

@@ -3,9 +3,9 @@
 from fnmatch import fnmatchcase
 from functools import cache
 
-from gnomon.harness.contract.declared import declared
+from gnomon.harness.contract.declared import read_declared
 
-_TABLE = declared("registry", "families.toml")
+_TABLE = read_declared("registry", "families.toml")
 FAMILIES: dict[str, list[str]] = _TABLE["families"]
 """Patterns of ids by family; the first match counts."""
 OTHER = "Other"

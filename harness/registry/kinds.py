@@ -3,9 +3,9 @@
 from collections.abc import Mapping, Sequence
 from collections.abc import Set as AbstractSet
 
-from gnomon.harness.contract.declared import declared
+from gnomon.harness.contract.declared import read_declared
 
-KINDS: dict[str, list[str]] = declared("reporting", "templates/page.toml")["kinds"]
+KINDS: dict[str, list[str]] = read_declared("reporting", "templates/page.toml")["kinds"]
 """Kinds of systems by the most structured form that a case offers; the first match counts."""
 
 

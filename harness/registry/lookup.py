@@ -11,16 +11,16 @@ from pathlib import PurePath
 
 from gnomon.cases.core.numbers import is_pattern, matching, nearest
 from gnomon.harness.adapters.libraries import LIBRARIES
-from gnomon.harness.contract.declared import declared
+from gnomon.harness.contract.declared import read_declared
 from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.registry import declaration
 from gnomon.harness.system import extras
 from gnomon.reference.storage.importing import confined
 
 ADAPTERS = [f"gnomon.harness.adapters.{name}" for library in LIBRARIES.values() for name in library.modules]
-MODULES: list[str] = [*declared("registry", "modules.toml")["modules"], *ADAPTERS]
+MODULES: list[str] = [*read_declared("registry", "modules.toml")["modules"], *ADAPTERS]
 """Modules with a tuple `INTEGRATORS`."""
-STIFF = frozenset(declared("registry", "stiff.toml")["ids"])
+STIFF = frozenset(read_declared("registry", "stiff.toml")["ids"])
 """The ids of methods for stiff equations."""
 
 GROUP = "gnomon.integrators"
@@ -32,7 +32,7 @@ def own() -> dict[str, Integrator]:
     found: dict[str, Integrator] = {}
     for name in MODULES:
         for item in importlib.import_module(name).INTEGRATORS:
-            integrator = made(item, name)
+            integrator = make(item, name)
             if integrator.id in found:
                 raise ValueError(f"two integrators have the id {integrator.id}; the second is in {name}")
             found[integrator.id] = integrator
@@ -46,13 +46,13 @@ def general() -> dict[str, Integrator]:
     }
 
 
-def registered() -> dict[str, Integrator]:
+def list_registered() -> dict[str, Integrator]:
     """The integrators of the entry point group `gnomon.integrators`, by id; those that fail to load give warnings."""
     found: dict[str, Integrator] = {}
     for point in dict.fromkeys(entry_points(group=GROUP)):
         try:
             with confined():
-                integrator = made(point.load(), point.name)
+                integrator = make(point.load(), point.name)
             if integrator.id in found:
                 raise ValueError(f"another package registers {integrator.id}")
         except BaseException as error:  # one package that fails must not end the run
@@ -64,7 +64,7 @@ def registered() -> dict[str, Integrator]:
 
 
 def everything() -> dict[str, Integrator]:
-    return own() | registered()
+    return own() | list_registered()
 
 
 def find(name: str, known: Mapping[str, Integrator] | None = None) -> tuple[Integrator, ...]:
@@ -106,14 +106,14 @@ def find_one(name: str, known: Mapping[str, Integrator] | None = None) -> Integr
 def find_all(chosen: Sequence[str | Integrator | type[Integrator]] | None) -> tuple[Integrator, ...]:
     """The integrators that several names, objects and classes select, each once; all integrators for None.
 
-    Raises ValueError as `find`, `made` and `require_distinct` do.
+    Raises ValueError as `find`, `make` and `require_distinct` do.
     """
     known = everything()
     if not chosen:
         return tuple(known.values())
     found: dict[int, Integrator] = {}
     for item in chosen:
-        named = find(item, known) if isinstance(item, str) else [made(item, getattr(item, "__name__", f"{item!r}"))]
+        named = find(item, known) if isinstance(item, str) else [make(item, getattr(item, "__name__", f"{item!r}"))]
         found |= {id(one): one for one in named}
     require_distinct(found.values())
     return tuple(found.values())
@@ -140,12 +140,12 @@ def from_path(path: str) -> Integrator:
         if module.endswith(".py"):
             wanted = f"the module and not its file: {PurePath(module).stem}:{attribute or 'Class'}"
         raise ValueError(f"{path}: {type(error).__name__}: {error}; give {wanted}") from None
-    return made(found, path)
+    return make(found, path)
 
 
 def missing(integrator: Integrator) -> str | None:
     """The reason why an integrator's library cannot be used here; None if it can."""
-    if type(integrator).__module__.startswith("gnomon.harness.adapters.") and not _importable(integrator.library):
+    if type(integrator).__module__.startswith("gnomon.harness.adapters.") and not _is_importable(integrator.library):
         return absent(integrator.library)
     try:
         integrator.versions()
@@ -164,7 +164,7 @@ def absent(library: str) -> str:
     )
 
 
-def made(item: object, origin: str) -> Integrator:
+def make(item: object, origin: str) -> Integrator:
     """Make an integrator from its class, or take it as an object; `origin` names it in messages.
 
     Raises ValueError for a wrong declaration, and for a user's integrator with an id of gnomon's own.
@@ -177,20 +177,20 @@ def made(item: object, origin: str) -> Integrator:
             f"{origin}: {type(found).__name__} does not declare {', '.join(undeclared)}; "
             "a base class that several integrators share is not an integrator: name a subclass that declares them"
         )
-    if users_own(found):  # a test validates gnomon's own
+    if is_users_own(found):  # a test validates gnomon's own
         declaration.validate(found, origin if ":" in origin else "")
         if found.id in own():
             raise ValueError(f"{origin}: {found.id} comes with gnomon; give yours a name or a library of its own")
     return found
 
 
-def users_own(integrator: Integrator) -> bool:
+def is_users_own(integrator: Integrator) -> bool:
     """Whether an integrator is a user's: it does not come with gnomon, or `verification` made it for a user."""
     module = type(integrator).__module__
     return not module.startswith("gnomon.") or module.startswith("gnomon.harness.verification.")
 
 
 @cache
-def _importable(library: str) -> bool:
+def _is_importable(library: str) -> bool:
     known = LIBRARIES.get(library)
     return (known is not None and known.debian is not None) or importlib.util.find_spec(library) is not None

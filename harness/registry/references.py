@@ -48,10 +48,10 @@ class _Held:
         self.module, self.where = module, (module, name, place, integrator.id)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _held, self.where
+        return _find_held, self.where
 
 
-def _held(module: str, name: str, place: int | None, wanted: str) -> Integrator:
+def _find_held(module: str, name: str, place: int | None, wanted: str) -> Integrator:
     """The integrator that the module holds there. Raises ValueError for one of another id, as the file may have changed."""
     found = getattr(importlib.import_module(module), name, None)
     if place is not None:
@@ -78,7 +78,7 @@ def _holder(integrator: Integrator) -> _Held | None:
     return None
 
 
-def pickled(integrator: Integrator) -> tuple[bytes | None, tuple[str, ...]]:
+def pickle_integrator(integrator: Integrator) -> tuple[bytes | None, tuple[str, ...]]:
     """A pickle of an integrator, and the modules that define its class and the classes of its parts.
 
     For an integrator that cannot be pickled, the pickle names the module variable that holds it; if MAIN defines a part
@@ -94,15 +94,15 @@ def pickled(integrator: Integrator) -> tuple[bytes | None, tuple[str, ...]]:
         if MAIN not in {kind.__module__, *modules}:
             holder = _holder(integrator)
             if holder is None:
-                raise ValueError(_refused(integrator, f"{type(error).__name__}: {str(error)[:TEXT]}")) from None
+                raise ValueError(_explain_refusal(integrator, f"{type(error).__name__}: {str(error)[:TEXT]}")) from None
             modules, content = {holder.module}, pickle.dumps(holder, _PROTOCOL)
     parts = {name for name in modules if name.partition(".")[0] not in _VERSIONED}
     return content and _GIVEN.get(integrator, content), tuple(sorted({kind.__module__, *parts}))
 
 
 def reference(integrator: Integrator) -> Reference:
-    """The reference from which `dereference` makes the integrator. Raises ValueError as `pickled` does."""
-    content, modules = pickled(integrator)
+    """The reference from which `dereference` makes the integrator. Raises ValueError as `pickle_integrator` does."""
+    content, modules = pickle_integrator(integrator)
     return integrator if content is None or MAIN in modules else content
 
 
@@ -148,28 +148,28 @@ def require_rebuilt(integrator: Integrator) -> None:
         wrong = f"{type(error).__name__}: {str(error)[:TEXT]}"
     if wrong is None:
         here, there = vars(integrator), vars(again)
-        lost = [name for name in here.keys() & there.keys() if not _same(here[name], there[name])]
+        lost = [name for name in here.keys() & there.keys() if not _is_same(here[name], there[name])]
         wrong = f"its {min(lost)} becomes another" if lost else None
     if wrong is not None:
-        raise ValueError(_refused(integrator, wrong))
+        raise ValueError(_explain_refusal(integrator, wrong))
 
 
-def _same(first: Any, second: Any) -> bool:
+def _is_same(first: Any, second: Any) -> bool:
     with suppress(Exception):  # arrays are compared element by element
         if first == second:
             return True
     try:
-        return _settled(first) == _settled(second)
+        return _settle(first) == _settle(second)
     except Exception:  # a value that cannot be pickled, such as a lock, is made anew
         return True
 
 
-def _settled(value: Any) -> bytes:
+def _settle(value: Any) -> bytes:
     """A pickle of a value after one more way through a pickle, so that shared objects in it do not change the bytes."""
     return pickle.dumps(pickle.loads(pickle.dumps(value, _PROTOCOL)), _PROTOCOL)
 
 
-def _refused(integrator: Integrator, why: str) -> str:
+def _explain_refusal(integrator: Integrator, why: str) -> str:
     kind = type(integrator)
     return (
         f"{integrator.id}: a worker process cannot make this {kind.__module__}:{kind.__qualname__} again ({why}); define"

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import cache
 
 from gnomon.cases.core.numbers import nearest
-from gnomon.harness.contract.declared import declared
+from gnomon.harness.contract.declared import read_declared
 
 STIFF, ROUGH = "stiff", "rough"
 """The kinds that depend on the numbers of a system and not on its form."""
@@ -32,7 +32,7 @@ def representative(library: str, kind: str) -> Representative | None:
     A library without a choice for ROUGH has none here: the choice of the system's own kind holds. A library that is not
     listed has no representatives: it is a user's own. Raises ValueError for an unknown kind.
     """
-    return representatives().get((library, _known(kind)))
+    return representatives().get((library, _require_known(kind)))
 
 
 def standing(library: str, kind: str, needed: str | None = None) -> Representative | None:
@@ -51,23 +51,23 @@ def representatives() -> Mapping[tuple[str, str], Representative]:
 
 def reason(library: str, kind: str) -> str | None:
     """Why a library has no representative for a kind; None if it has one, or is a user's own."""
-    return _read()[1].get((library, _known(kind)))
+    return _read()[1].get((library, _require_known(kind)))
 
 
 @cache
 def kinds() -> tuple[str, ...]:
     """Every kind: those of systems, by their form, then STIFF and ROUGH."""
-    groups = declared("registry", "representatives.toml")["groups"]
+    groups = read_declared("registry", "representatives.toml")["groups"]
     return (*groups["events"], *groups["smooth"], STIFF, ROUGH)
 
 
-def expanded(names: Sequence[str]) -> list[str]:
+def expand(names: Sequence[str]) -> list[str]:
     """The kinds with these names, with the kinds of a group in the place of its name."""
-    groups = declared("registry", "representatives.toml")["groups"]
+    groups = read_declared("registry", "representatives.toml")["groups"]
     return [kind for name in names for kind in groups.get(name, [name])]
 
 
-def _known(kind: str) -> str:
+def _require_known(kind: str) -> str:
     if kind not in kinds():
         raise ValueError(f"no kind of system is called {kind!r}; {nearest(kind, kinds())}")
     return kind
@@ -76,16 +76,16 @@ def _known(kind: str) -> str:
 @cache
 def _read() -> tuple[dict[tuple[str, str], Representative], dict[tuple[str, str], str]]:
     """The representatives and the reasons of the file, by library and kind."""
-    table = declared("registry", "representatives.toml")
+    table = read_declared("registry", "representatives.toml")
     chosen: dict[tuple[str, str], Representative] = {}
     for row in table["choice"]:
         one = Representative(row["integrator"], row["quote"], row["source"])
         library = one.integrator.partition(":")[0]
-        chosen |= {(library, kind): one for kind in expanded(row["kinds"])}
+        chosen |= {(library, kind): one for kind in expand(row["kinds"])}
     reasons = {
         (library, kind): row["reason"]
         for row in table["none"]
-        for kind in expanded(row["kinds"])
+        for kind in expand(row["kinds"])
         for library in row["libraries"]
     }
     return chosen, reasons

@@ -37,7 +37,7 @@ def choose(
     """
     label = "".join(f" {name}={value}" for name, value in parameters.items())
     made: dict[tuple[str, str | None], Case] = {}
-    for name in expanded(names or cases.names()):
+    for name in expand(names or cases.names()):
         base, slash, variant = name.partition("/")
         listed: list[str | None] = [None]
         if slash:
@@ -65,7 +65,7 @@ def find_cases(given: Sequence[CaseLike]) -> list[Case]:
     return list(made.values())
 
 
-def expanded(names: Iterable[str], checks: bool = False) -> list[str]:
+def expand(names: Iterable[str], checks: bool = False) -> list[str]:
     """The names, each once, with the names that a pattern matches in its place: of cases, and of checks if `checks`.
 
     A pattern with a slash, as kepler_orbit/*, matches variants, `default` among them. Raises ValueError for a pattern
@@ -111,23 +111,23 @@ def cases_of(
 
     Raises ValueError for a word that fits no case.
     """
-    left = _kept("--family", families, [(pair, {family(type(pair[0]))}) for pair in found])
+    left = _keep("--family", families, [(pair, {family(type(pair[0]))}) for pair in found])
     if not kinds:
         return left
-    return _kept("--kind", kinds, [(pair, {kind.__name__ for kind in _offered(pair[0])}) for pair in left])
+    return _keep("--kind", kinds, [(pair, {kind.__name__ for kind in _list_offered(pair[0])}) for pair in left])
 
 
 def integrators_of(
     found: Sequence[Integrator], libraries: Sequence[str] | None, kinds: Sequence[str] | None
 ) -> list[Integrator]:
     """The integrators of these libraries that accept one of these forms. Raises ValueError as `cases_of`."""
-    left = _kept("--library", libraries, [(one, {one.library}) for one in found])
+    left = _keep("--library", libraries, [(one, {one.library}) for one in found])
     forms: tuple[type, ...] = (*get_args(Form), SceneForm)
     every = [kind for form in forms for kind in _descendants(form)]
-    return _kept("--kind", kinds, [(one, {f.__name__ for f in every if issubclass(f, one.accepts)}) for one in left])
+    return _keep("--kind", kinds, [(one, {f.__name__ for f in every if issubclass(f, one.accepts)}) for one in left])
 
 
-def _offered(case: Case) -> Iterator[type]:
+def _list_offered(case: Case) -> Iterator[type]:
     """The types of a case's forms, and their base types: a Separable form is SecondOrder too."""
     for form in case.all_forms() if case.scene is None else (*case.all_forms(), case.scene):
         yield from type(form).__mro__[:-1]
@@ -140,7 +140,7 @@ def _descendants(form: type) -> Iterator[type]:
         yield from _descendants(kind)
 
 
-def _kept(option: str, wanted: Sequence[str] | None, found: Sequence[tuple[Item, set[str]]]) -> list[Item]:
+def _keep(option: str, wanted: Sequence[str] | None, found: Sequence[tuple[Item, set[str]]]) -> list[Item]:
     if not wanted:
         return [item for item, _ in found]
     valid = {name.lower(): name for _, names in found for name in names}

@@ -13,7 +13,7 @@ import vl_convert
 from gnomon.harness.ensembles.distribution import CELLS, LOWEST, PER_DECADE, Distribution
 from gnomon.harness.ensembles.draws import Varied
 from gnomon.harness.reporting.images import smaller
-from gnomon.harness.reporting.style import QUIET, dressed
+from gnomon.harness.reporting.style import QUIET, dress
 from gnomon.reference.storage import diskcache
 
 SIZE = 480
@@ -44,5 +44,5 @@ def error_map(found: Distribution, sides: tuple[Varied, Varied], units: tuple[st
 
 def write(chart: alt.LayerChart, path: Path) -> None:
     """Write a PNG."""
-    svg = vl_convert.vegalite_to_svg(dressed(chart).to_dict())
+    svg = vl_convert.vegalite_to_svg(dress(chart).to_dict())
     diskcache.replace(path, smaller(vl_convert.svg_to_png(svg, scale=1.0)))

@@ -11,11 +11,11 @@ import numpy as np
 import pandas as pd
 from gnomon.harness.contract.status import Status
 from gnomon.harness.reporting.figures_work import ERRORS
-from gnomon.harness.reporting.style import INK, dressed, records
+from gnomon.harness.reporting.style import INK, dress, records
 from gnomon.harness.results.number_text import short_text
 
 
-def _kept(table: pd.DataFrame, *columns: str) -> list[dict[str, Any]]:
+def _keep_columns(table: pd.DataFrame, *columns: str) -> list[dict[str, Any]]:
     """The rows with these columns only, numbers to four figures, because the page contains the data."""
     short = table[list(columns)].copy()
     for name in short.select_dtypes("float"):
@@ -59,9 +59,9 @@ def tolerance_chart(spread: pd.DataFrame, look: pd.DataFrame) -> alt.LayerChart:
         x="q50:Q", tooltip=tooltip
     )
     asked = alt.Chart(alt.NamedData("asked")).mark_rule(color=INK, strokeDash=[3, 3]).encode(x="decades:Q")
-    data = {"spread": _kept(spread, *spread.columns), "asked": [{"decades": 0}]}
+    data = {"spread": _keep_columns(spread, *spread.columns), "asked": [{"decades": 0}]}
     chart = alt.layer(asked, wide, half, middle)
-    return dressed(chart.properties(width=640, height=24 * len(look)), data)
+    return dress(chart.properties(width=640, height=24 * len(look)), data)
 
 
 def hierarchy_chart(levels: pd.DataFrame) -> alt.LayerChart:
@@ -112,8 +112,8 @@ def hierarchy_chart(levels: pd.DataFrame) -> alt.LayerChart:
         early.mark_text(**small, align="right", dx=-9).encode(x, y, text="words:N"),
         late.mark_text(**small, align="left", dx=9).encode(x, y, text="words:N"),
     ]
-    data = {"levels": _kept(table, "place", "lacks", "over", "words", "decades")}
-    return dressed(alt.layer(lines, dots, *words).properties(width=640, height=30 * len(places)), data)
+    data = {"levels": _keep_columns(table, "place", "lacks", "over", "words", "decades")}
+    return dress(alt.layer(lines, dots, *words).properties(width=640, height=30 * len(places)), data)
 
 
 def policy_chart(points: pd.DataFrame) -> alt.LayerChart:
@@ -150,5 +150,7 @@ def policy_chart(points: pd.DataFrame) -> alt.LayerChart:
         shape=alt.Shape("policy:N", legend=legend, scale=alt.Scale(domain=names, range=shapes[: len(names)])),
         tooltip=["problem:N", "engine:N", "policy:N", "step:Q", alt.Tooltip("error:Q", format=".2e"), "status:N"],
     )
-    data = {"points": _kept(table, "place", "problem", "engine", "policy", "step", "error", "status", "decades")}
-    return dressed(alt.layer(lines, dots).properties(width=640, height=20 * table["place"].nunique()), data)
+    data = {
+        "points": _keep_columns(table, "place", "problem", "engine", "policy", "step", "error", "status", "decades")
+    }
+    return dress(alt.layer(lines, dots).properties(width=640, height=20 * table["place"].nunique()), data)

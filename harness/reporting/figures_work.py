@@ -12,8 +12,8 @@ import altair as alt
 import numpy as np
 import pandas as pd
 from gnomon.harness.contract.status import Status
-from gnomon.harness.reporting.style import GRID, INK, LETTERS, PALE, QUIET, dressed, records
-from gnomon.harness.results.equal_error import TARGETS, credited, crossing
+from gnomon.harness.reporting.style import GRID, INK, LETTERS, PALE, QUIET, dress, records
+from gnomon.harness.results.equal_error import TARGETS, credit_errors, crossing
 
 SECONDS = {-9: "1 ns", -8: "10 ns", -7: "100 ns", -6: "1 µs", -5: "10 µs", -4: "100 µs", -3: "1 ms", -2: "10 ms"}
 SECONDS |= {-1: "0.1 s", 0: "1 s", 1: "10 s", 2: "100 s", 3: "1000 s"}
@@ -86,7 +86,7 @@ def front(kept: pd.DataFrame, kinds: dict[str, str]) -> set[str]:
         errors, seconds = zip(*points, strict=True)
         if math.isinf(min(errors)):
             continue
-        kind, held = kinds[name], credited(errors)
+        kind, held = kinds[name], credit_errors(errors)
         most_accurate[kind] = min(most_accurate.get(kind, (math.inf, "")), (min(errors), name))
         for target in TARGETS:
             time, _ = crossing(held, seconds, target)
@@ -101,7 +101,7 @@ def front(kept: pd.DataFrame, kinds: dict[str, str]) -> set[str]:
 def work_precision(look: pd.DataFrame, axis: str) -> dict[str, Any]:
     """Error against time or right-hand sides (`axis` "time" or "calls"), failed trials in the margin above.
 
-    The specification has no data; its scales name the integrators of `look`, in that order. `drawn` makes a diagram
+    The specification has no data; its scales name the integrators of `look`, in that order. `draw` makes a diagram
     from it, as the page does.
     """
     title = {"time": "time of one solve", "calls": "right-hand sides evaluated"}[axis]
@@ -160,7 +160,7 @@ def work_precision(look: pd.DataFrame, axis: str) -> dict[str, Any]:
     )
     margin_text = [{"low": MARGIN, "high": TOP, "text": "failed trials, with their number"}]
     data: dict[str, Any] = {"points": [], "limits": [], "margin": margin_text}
-    found: dict[str, Any] = dressed(chart.properties(width=640, height=440, datasets=data)).to_dict(validate=False)
+    found: dict[str, Any] = dress(chart.properties(width=640, height=440, datasets=data)).to_dict(validate=False)
     return found
 
 
@@ -195,7 +195,7 @@ def _limit_words(rules: alt.Chart, small: dict[str, Any], floor: bool, halo: boo
     return words.encode(y="at:Q", x=alt.value("width"), text="limit:N")
 
 
-def drawn(specification: dict[str, Any], points: pd.DataFrame, limits: dict[str, float]) -> dict[str, Any]:
+def draw(specification: dict[str, Any], points: pd.DataFrame, limits: dict[str, float]) -> dict[str, Any]:
     """A diagram from the `specification` of `work_precision`; the legend has the integrators in colour.
 
     If all failed, and so no integrator is in colour, the legend has all, as on the page: a figure with an empty legend
@@ -206,17 +206,17 @@ def drawn(specification: dict[str, Any], points: pd.DataFrame, limits: dict[str,
         "limits": [{"limit": name, "at": math.log10(value)} for name, value in limits.items() if value > 0],
     }
     kept = set(points.loc[points["front"], "series"]) or set(points["series"])
-    cut: dict[str, Any] = _restricted(specification, kept)
+    cut: dict[str, Any] = _restrict_scales(specification, kept)
     return cut | {"datasets": specification["datasets"] | data}
 
 
-def _restricted(node: Any, kept: Collection[str]) -> Any:
+def _restrict_scales(node: Any, kept: Collection[str]) -> Any:
     """A copy whose scales of integrators have only the names in `kept`."""
     if isinstance(node, list):
-        return [_restricted(each, kept) for each in node]
+        return [_restrict_scales(each, kept) for each in node]
     if not isinstance(node, dict):
         return node
-    found = {name: _restricted(value, kept) for name, value in node.items()}
+    found = {name: _restrict_scales(value, kept) for name, value in node.items()}
     scale = found.get("scale")
     if found.get("field") == "series" and scale and "domain" in scale:
         pairs = [pair for pair in zip(scale["domain"], scale["range"], strict=True) if pair[0] in kept]

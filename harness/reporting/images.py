@@ -131,7 +131,7 @@ def _hoist(element: ET.Element) -> None:
         return
     runs = [list(run) for _, run in itertools.groupby(element, lambda child: [child.attrib.get(n) for n in INHERITED])]
     if 1 < len(runs) < len(element) / 2:
-        element[:] = [_grouped(run) for run in runs]
+        element[:] = [_group_alike(run) for run in runs]
     for name in INHERITED:
         values = {child.attrib.get(name) for child in element}
         value = values.pop()
@@ -141,7 +141,7 @@ def _hoist(element: ET.Element) -> None:
                 del child.attrib[name]
 
 
-def _grouped(alike: list[ET.Element]) -> ET.Element:
+def _group_alike(alike: list[ET.Element]) -> ET.Element:
     if len(alike) == 1:
         return alike[0]
     group = ET.Element(f"{SVG}g")

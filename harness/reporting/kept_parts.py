@@ -8,7 +8,7 @@ from gnomon.reference.storage import diskcache
 from gnomon.reference.storage.import_closure import closure
 
 
-def kept(modules: tuple[str, ...], given: str | bytes, build: Callable[[], Any]) -> Any:
+def keep_result(modules: tuple[str, ...], given: str | bytes, build: Callable[[], Any]) -> Any:
     """The result of `build` as JSON gives it back. It must depend only on the sources of `modules` and on `given`.
 
     An exception of `build` is raised, and nothing is kept.

@@ -5,7 +5,7 @@ from pathlib import Path
 from time import monotonic
 
 from gnomon.cases.core.case import Case
-from gnomon.harness.reporting.up_to_date import refreshed
+from gnomon.harness.reporting.up_to_date import refresh
 
 FIRST_SECONDS = 30.0
 """Seconds from the beginning of a run to its first page. With the start, the end of the trials under way and the
@@ -47,7 +47,7 @@ class LivePage:
     def write(self) -> None:
         began = monotonic()
         try:
-            self.written = refreshed(self.database, self.folder, self._cases)
+            self.written = refresh(self.database, self.folder, self._cases)
             self.first_seconds = self.first_seconds or monotonic() - self._began
         except (ValueError, OSError) as error:
             self._tell(f"no page was written: {error}")

@@ -74,7 +74,7 @@ def write_report(
         part.write_text(_page(words, page_charts(run, work, charts)), encoding="utf-8")
     plain = Environment(undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True, finalize=markdown)
     plain.filters |= {
-        "counted": number_text.counted,
+        "counted": number_text.count_text,
         "code": code,
         "joined": lambda words: Verbatim(number_text.join_words(words)),
     }
@@ -95,12 +95,12 @@ def _page(words: dict[str, Any], charts: dict[str, Any]) -> str:
     )
     environment.filters |= {
         "breakable": _breakable,
-        "counted": number_text.counted,
+        "counted": number_text.count_text,
         "division": lambda name: contenders.division(name.partition(":")[0]),
         "figures": number_text.figures_text,
-        "grouped": number_text.grouped,
-        "hue": lambda name: Markup(style.themed(style.hue(name.partition(":")[0]))),
-        "joined": _joined,
+        "grouped": number_text.group_digits,
+        "hue": lambda name: Markup(style.apply_theme(style.hue(name.partition(":")[0]))),
+        "joined": _join_declared,
         "lower_first": number_text.lower_first,
         "site": lambda address: address.split("/")[2] if "//" in address else address,
     }
@@ -127,7 +127,7 @@ def _page(words: dict[str, Any], charts: dict[str, Any]) -> str:
         chart_names=list(charts["others"]),
         css=css,
         script=_source("report.js"),
-        data=lambda: pack_json(style.themed_values(charts | carried) | {"parts": pack_html(later.parts)}),
+        data=lambda: pack_json(style.apply_theme_to_values(charts | carried) | {"parts": pack_html(later.parts)}),
         vega=pack_vega(),
     )
 
@@ -166,7 +166,7 @@ def _breakable(name: str) -> Markup:
     return Markup(text)
 
 
-def _joined(words: Sequence[str]) -> Markup:
+def _join_declared(words: Sequence[str]) -> Markup:
     """The words of declarations as a sentence lists them; words between backticks are emphasised."""
     text = str(escape(number_text.join_words(words).replace("'", "’")))
     return Markup(re.sub(r"`(.+?)`", r"<em>\1</em>", text))

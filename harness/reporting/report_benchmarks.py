@@ -7,7 +7,7 @@ from typing import Any
 from gnomon.harness.reporting import sidecars, tables
 from gnomon.harness.results import number_text
 from gnomon.harness.results.separation import SLOWER, Compared, compare_ratios, discoveries, state
-from gnomon.harness.studies.growth import named, possible
+from gnomon.harness.studies.growth import name_law, possible
 from gnomon.harness.studies.orders import BINARY64, WITHIN
 
 SHOWN_SHARE = 0.1
@@ -59,10 +59,10 @@ def growth(*folders: Path) -> dict[str, Any] | None:
 def orders(*folders: Path) -> dict[str, Any] | None:
     """Measured orders in words, from the first folder that has the file; None without a file."""
     found = sidecars.first("orders.json", *folders)
-    return None if found is None else found | {"rows": [_measured(row) for row in found["rows"]]}
+    return None if found is None else found | {"rows": [_describe_order(row) for row in found["rows"]]}
 
 
-def _measured(row: dict[str, Any]) -> dict[str, str]:
+def _describe_order(row: dict[str, Any]) -> dict[str, str]:
     off = abs(row["order"] - row["declared"])
     return {
         "name": row["integrator"],
@@ -149,7 +149,7 @@ def _law(row: dict[str, Any]) -> dict[str, str]:
         "starts": str(row["starts"]),
         "size": number_text.error_text(row["size"]),
         "power": f"{row['power']:.2f} ({low:.2f} to {high:.2f})",
-        "law": named(low, high, tables.LAWS),
+        "law": name_law(low, high, tables.LAWS),
         "expected": tables.LAWS.get(expected, expected),
         "verdict": "" if expected in possible(low, high) else "differs",
     }

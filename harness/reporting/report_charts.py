@@ -14,9 +14,9 @@ import pandas as pd
 from altair.utils import schemapi
 from gnomon.harness.contract.status import SCORED
 from gnomon.harness.reporting import figures, report_stability, style, tables
-from gnomon.harness.reporting.figures_work import PROBLEM, drawn, work_points, work_precision
+from gnomon.harness.reporting.figures_work import PROBLEM, draw, work_points, work_precision
 from gnomon.harness.reporting.images import write_images
-from gnomon.harness.reporting.kept_parts import kept
+from gnomon.harness.reporting.kept_parts import keep_result
 from gnomon.harness.reporting.report_pack import columnar, columns, differences
 from gnomon.harness.reporting.report_run import Run
 from gnomon.harness.reporting.report_stability import stability_charts
@@ -93,7 +93,9 @@ def panel_charts(found: Mapping[str, Any] | None) -> Specifications:
     if found is None:
         return {}
     given = json.dumps([alt.__version__, found.get("figures"), found["rows"]])
-    charts: Specifications = kept((report_stability.__name__,), given, lambda: specifications(stability_charts(found)))
+    charts: Specifications = keep_result(
+        (report_stability.__name__,), given, lambda: specifications(stability_charts(found))
+    )
     return charts
 
 
@@ -123,7 +125,7 @@ def _work_precision(look: pd.DataFrame, axis: str) -> dict[str, Any]:
     """`work_precision`, kept on disk because Altair takes half a second for it."""
     given = json.dumps([axis, alt.__version__, style.STYLE, style.STATUSES, look.to_dict("list")])
     modules = (work_precision.__module__, style.__name__)
-    found: dict[str, Any] = kept(modules, given, lambda: work_precision(look, axis))
+    found: dict[str, Any] = keep_result(modules, given, lambda: work_precision(look, axis))
     return found
 
 
@@ -165,7 +167,7 @@ def write_figures(run: Run, work: dict[str, Problems], charts: Specifications, f
                 continue
             subtitle = label.removeprefix("default").removeprefix(" · ")
             title = {"text": run.titles[name], "subtitle": subtitle or "default variant"}
-            wanted[slug(name) + (f"_{slug(subtitle)}" if subtitle else "")] = drawn(
+            wanted[slug(name) + (f"_{slug(subtitle)}" if subtitle else "")] = draw(
                 specification, problem["points"], problem["limits"]
             ) | {"title": title}
     remove_figures(folder, set(wanted))

@@ -9,19 +9,19 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from gnomon.harness.contract.declared import declared
+from gnomon.harness.contract.declared import read_declared
 from gnomon.harness.contract.status import Status
 from gnomon.harness.reporting import sidecars
 from gnomon.harness.results import number_text
 from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 
-WAYS: dict[str, str] = declared("reporting", "templates/ways.toml")
+WAYS: dict[str, str] = read_declared("reporting", "templates/ways.toml")
 """The ways in which an exact motion is confirmed: what it agrees with."""
 SEVERITY = (Status.OK, Status.NOT_INSTALLED, Status.REFUSED, Status.INACCURATE, Status.DIVERGED, Status.CRASHED)
 
 
-def certified(*folders: Path) -> Markup:
+def render_certificates(*folders: Path) -> Markup:
     """Both parts as HTML; empty without files."""
     environment = Environment(undefined=StrictUndefined, autoescape=True, trim_blocks=True, lstrip_blocks=True)
     source = (files("gnomon.harness.reporting") / "templates" / "report_checks.html.j2").read_text(encoding="utf-8")
@@ -37,7 +37,7 @@ def certified(*folders: Path) -> Markup:
     )
 
 
-def certified_lines(*folders: Path) -> list[str]:
+def list_certificates(*folders: Path) -> list[str]:
     """The lines of the summary on certificates: the number of confirmed ones, and each one that is not."""
     rows = certificate_rows(*folders)
     if not rows:
@@ -104,11 +104,11 @@ def computation_rows(*folders: Path) -> list[dict[str, str]]:
                 "check": check,
                 "computation": computation,
                 "library": library,
-                "default": _told(default),
+                "default": _tell_row(default),
                 "default_status": default["status"],
                 "quantity": default["quantity"],
                 "time": number_text.time_text(seconds) if seconds is not None else "–",
-                "hard": _told(hard),
+                "hard": _tell_row(hard),
                 "hard_status": hard["status"],
                 "where": ", ".join(word for word in (hard["variant"], hard["quantity"]) if word),
                 "reason": hard["reason"],
@@ -122,7 +122,7 @@ def _worst(rows: list[dict[str, Any]]) -> dict[str, Any]:
     return max(rows, key=lambda row: (SEVERITY.index(row["status"]), row["error"] or 0), default=nothing)
 
 
-def _told(row: dict[str, Any]) -> str:
+def _tell_row(row: dict[str, Any]) -> str:
     if row["error"] is None:
         return "–" if row["status"] == Status.OK else str(row["status"]).replace("_", " ")
     return "0" if row["error"] == 0 else number_text.short_text(row["error"])

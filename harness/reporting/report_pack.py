@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from importlib.metadata import version
 from typing import Any
 
-from gnomon.harness.reporting.kept_parts import kept
+from gnomon.harness.reporting.kept_parts import keep_result
 
 BREAK = re.compile(r"(?=<t[rdh][ >])")
 """Where HTML is cut into pieces that are alike: a row or a cell of a table."""
@@ -37,7 +37,7 @@ def pack(text: str) -> str:
 
 def pack_vega() -> str:
     """The script that draws charts, packed and kept on disk: making it takes 5 s."""
-    return str(kept((__name__,), version("vl-convert-python"), _vega))
+    return str(keep_result((__name__,), version("vl-convert-python"), _vega))
 
 
 def _vega() -> str:

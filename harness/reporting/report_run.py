@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 from gnomon.cases.core.case import Case
 from gnomon.cases.core.registry import case_class, installed_names
-from gnomon.harness.contract.declared import declared
+from gnomon.harness.contract.declared import read_declared
 from gnomon.harness.contract.status import Status
 from gnomon.harness.registry import kinds
 from gnomon.harness.reporting import style, tables
@@ -27,7 +27,7 @@ from gnomon.harness.studies.drift import rebuilt
 DECIMAL_STEPS = (1e-2, 1e-3, 1e-4)
 """Step sizes (s) at which the policies of an engine are compared."""
 
-CHAPTERS: dict[str, str] = declared("reporting", "templates/page.toml")["chapters"]
+CHAPTERS: dict[str, str] = read_declared("reporting", "templates/page.toml")["chapters"]
 
 
 @dataclass(frozen=True)
@@ -63,12 +63,12 @@ class Run:
     @cached_property
     def along_the_way(self) -> pd.DataFrame:
         """The measurements of chaotic cases, judged against the conditioning along the way."""
-        return horizon.judged(self.path)
+        return horizon.judge(self.path)
 
     @cached_property
     def constraints(self) -> pd.DataFrame:
         """The measurements of constrained cases, with their errors apart."""
-        return constraint_errors.judged(self.path)
+        return constraint_errors.judge(self.path)
 
     @cached_property
     def look(self) -> pd.DataFrame:
@@ -102,7 +102,7 @@ class Run:
     @cached_property
     def counted(self) -> pd.DataFrame:
         """The evaluations of the equations at equal error, ranked within divisions."""
-        return rankings.divisions(self.equal_error, self.scatter, rankings.counted)
+        return rankings.divisions(self.equal_error, self.scatter, rankings.rank_by_counts)
 
     @cached_property
     def sweeps(self) -> dict[families.Problem, list[families.Sweep]]:

@@ -14,7 +14,7 @@ import altair as alt
 import numpy as np
 from gnomon.harness.contract.status import Status
 from gnomon.harness.reporting import sidecars
-from gnomon.harness.reporting.style import INK, QUIET, dressed, hue
+from gnomon.harness.reporting.style import INK, QUIET, dress, hue
 from gnomon.harness.results.profiles import OURS
 
 ROW, WIDTH, CELL = 18, 170, 46
@@ -116,11 +116,11 @@ def intervals(
         low, high = _ends(column, own)
         data[column["id"]] = [_row(column, mark, low, high) for mark in own]
         parts.append(_column(column, low, high, names, width, labels=not parts))
-    return dressed(alt.hconcat(*parts, spacing=14), data)
+    return dress(alt.hconcat(*parts, spacing=14), data)
 
 
 def _row(column: Mapping[str, Any], mark: Mapping[str, Any], low: float, high: float) -> dict[str, Any]:
-    numbers = {key: _placed(column, mark[key], low, high) for key in ("at", "low", "high")}
+    numbers = {key: _place_on_axis(column, mark[key], low, high) for key in ("at", "low", "high")}
     told = _short(mark["text"]) if all(value is None for value in numbers.values()) else ""
     return {"integrator": mark["integrator"], "text": mark["text"], "told": told, "edge": low} | numbers
 
@@ -165,7 +165,7 @@ def _ends(column: Mapping[str, Any], marks: Sequence[Mapping[str, Any]]) -> tupl
     return min(values) - margin, max(values) + margin
 
 
-def _placed(column: Mapping[str, Any], value: float | None, low: float, high: float) -> float | None:
+def _place_on_axis(column: Mapping[str, Any], value: float | None, low: float, high: float) -> float | None:
     """The value on the axis; a value beyond the axis is at its end."""
     if value is None:
         return None
@@ -212,7 +212,7 @@ def _cells(columns: Sequence[Mapping[str, Any]], marks: Sequence[Mapping[str, An
     ink = alt.condition("datum.shade > 0.75", alt.value("white"), alt.value(INK))
     words = base.mark_text(fontSize=9).encode(text="told:N", color=ink)
     size = {"width": {"step": CELL}, "height": {"step": ROW}}
-    return dressed(alt.layer(cells, words).properties(**size), {"cells": rows})
+    return dress(alt.layer(cells, words).properties(**size), {"cells": rows})
 
 
 def _regions(rows: Sequence[Mapping[str, Any]]) -> alt.FacetChart | None:
@@ -238,7 +238,7 @@ def _regions(rows: Sequence[Mapping[str, Any]]) -> alt.FacetChart | None:
     header = alt.Header(title=None, labelFontSize=11.5, labelColor=INK, labelPadding=4)
     facet = alt.Facet("integrator:N", header=header, sort=names)
     faceted = chart.facet(facet, columns=REGIONS_IN_A_ROW, spacing=18, data=alt.NamedData("bars"))
-    return dressed(faceted, {"bars": bars})
+    return dress(faceted, {"bars": bars})
 
 
 def _bars(region: Any) -> list[dict[str, float]]:

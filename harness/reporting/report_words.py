@@ -27,7 +27,7 @@ from gnomon.harness.reporting.page.family_tables import family_tables, separatin
 from gnomon.harness.reporting.page.first_screen import first_screen
 from gnomon.harness.reporting.page.league import league
 from gnomon.harness.reporting.page.multiples import multiples
-from gnomon.harness.reporting.page.need_cards import need_cards
+from gnomon.harness.reporting.page.need_cards import make_need_cards
 from gnomon.harness.reporting.page.representing import Representatives
 from gnomon.harness.reporting.report_charts import Problems
 from gnomon.harness.reporting.report_missing import missing
@@ -76,7 +76,7 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> 
         "missing": missing(run.outstanding),
         "history": runs[-1],
         "environment": together(environments),
-        "made": made_text(environments, environment.describe()),
+        "made": tell_origin(environments, environment.describe()),
         "limits": found.limits,
         "limited": {status: f" ({found.limit_seconds})" if status in LIMITED else "" for status in style.MEANINGS},
         "machines": machines_text(run.frame),
@@ -86,8 +86,8 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> 
         "first": first,
         "opened": first["lead"]["case"] if first["lead"] else str(run.frame["case"].iloc[0]),
         "marks": MARKS,
-        "chosen": chosen(first["stands"]),
-        "needs": need_cards(found),
+        "chosen": list_chosen(first["stands"]),
+        "needs": make_need_cards(found),
         "absent": ABSENT,
         "both_divisions": OURS in libraries and len(libraries) > 1,
         "divisions": DIVISIONS,
@@ -130,7 +130,7 @@ def _load(frame: pd.DataFrame) -> dict[str, Any]:
     times = [*zip(frame["seconds_median"], frame["delay_seconds"], strict=True)]
     load = summary.load_of(times)
     share = "" if math.isnan(load.share) else f"{100 * load.share:.0f} %"
-    return {"waited": number_text.waited_text(*summary.waited(times)), "waits": share, "loaded": load.high}
+    return {"waited": number_text.tell_waits(*summary.count_waits(times)), "waits": share, "loaded": load.high}
 
 
 def _beside(folders: Sequence[Path], environments: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
@@ -140,8 +140,8 @@ def _beside(folders: Sequence[Path], environments: Sequence[Mapping[str, Any]]) 
         "older": [_origin_text(one) for one in parts if one.older],
         "processors": provenance.processors_text([*environments, *(one.environment for one in parts if one.timed)]),
         "outside": _outside(*folders),
-        "certified": report_checks.certified(*folders),
-        "certified_lines": report_checks.certified_lines(*folders),
+        "certified": report_checks.render_certificates(*folders),
+        "certified_lines": report_checks.list_certificates(*folders),
         "benchmarks": report_benchmarks.benchmarks(*folders),
         "orders": report_benchmarks.orders(*folders),
         "growth": report_benchmarks.growth(*folders),
@@ -174,7 +174,7 @@ def _counts(run: Run, ran: pd.DataFrame) -> dict[str, Any]:
     }
 
 
-def chosen(stands: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+def list_chosen(stands: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
     """For each library the methods that stand for it, with the kinds of systems and the words of its manual."""
     found = []
     for stand in stands:
@@ -297,7 +297,7 @@ LIMITED = (Status.TIMEOUT, Status.SKIPPED)
 """Statuses that depend on the time limit of a trial, which stands beside them."""
 
 
-def made_text(environments: Sequence[Mapping[str, str | None]], writer: Mapping[str, str]) -> str:
+def tell_origin(environments: Sequence[Mapping[str, str | None]], writer: Mapping[str, str]) -> str:
     """Which code measured, and which wrote the page. `writer`: the environment of the process that writes it."""
 
     def code(versions: Sequence[tuple[str | None, str | None]]) -> str:
@@ -320,10 +320,10 @@ def open_text(equal: pd.DataFrame) -> str:
     for name, text in words.items():
         kinds = cells.loc[(cells["division"] == name) & (cells["cell"] != ALONE), "cell"]
         if len(kinds):
-            parts.append(f"{(kinds == UNDECIDED).sum()} of {number_text.counted(len(kinds), 'cell')} of {text}")
+            parts.append(f"{(kinds == UNDECIDED).sum()} of {number_text.count_text(len(kinds), 'cell')} of {text}")
     pairs = own.loc[(own["division"] == OWN) & (own["cell"] != ALONE) & (own["state"] != FASTEST), "state"]
     if len(pairs):
-        parts[-1] += f" ({(pairs == OPEN).sum()} of their {number_text.counted(len(pairs), 'pair')})"
+        parts[-1] += f" ({(pairs == OPEN).sum()} of their {number_text.count_text(len(pairs), 'pair')})"
     return f"open: {', '.join(parts)}" if parts else "no cell has two integrators"
 
 

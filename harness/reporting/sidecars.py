@@ -9,7 +9,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from gnomon.harness.reporting.kept_parts import kept
+from gnomon.harness.reporting.kept_parts import keep_result
 from gnomon.harness.results.visible import visible
 from gnomon.reference.numerics.precision import shortened
 from jsonschema import Draft202012Validator
@@ -35,10 +35,12 @@ def read(path: Path) -> Any:
         raise ValueError(f"{path}: {path.stat().st_size} bytes; a file of gnomon's has at most {MOST_BYTES}")
     content = path.read_bytes()
     given = f"{path.name}\n{json.dumps(_SCHEMA)}\n".encode() + content
-    return kept((__name__, visible.__module__), given, lambda: _validated(path, content))  # validation takes seconds
+    return keep_result(
+        (__name__, visible.__module__), given, lambda: _validate(path, content)
+    )  # validation takes seconds
 
 
-def _validated(path: Path, content: bytes) -> Any:
+def _validate(path: Path, content: bytes) -> Any:
     try:
         # NaN and Infinity are not JSON: they become texts, which no number may be.
         found = _visible(json.loads(content.decode(), parse_constant=str))

@@ -8,10 +8,10 @@ from typing import Any
 
 import pandas as pd
 from gnomon.harness.adapters.libraries import LIBRARIES
-from gnomon.harness.contract.declared import declared
+from gnomon.harness.contract.declared import read_declared
 from gnomon.harness.results.profiles import OURS
 
-STYLE = declared("reporting", "templates/figures.toml")
+STYLE = read_declared("reporting", "templates/figures.toml")
 INK, QUIET, PALE, GRID = (STYLE["inks"][name] for name in ("ink", "quiet", "pale", "grid"))
 OWN_GREY: str = STYLE["inks"]["own"]
 HUES: dict[str, str] = {name: one.colour for name, one in LIBRARIES.items() if one.colour} | {OURS: OWN_GREY}
@@ -20,7 +20,7 @@ DARK: dict[str, str] = STYLE["dark"]
 DRESS: dict[str, Any] = {**STYLE["config"], "view": {"stroke": None}}
 """The common style as Vega-Lite's configuration: grey axes, no frame, one font."""
 FAMILIES: dict[str, dict[str, Any]] = STYLE["families"]
-STATUSES: dict[str, dict[str, str]] = declared("reporting", "templates/statuses.toml")
+STATUSES: dict[str, dict[str, str]] = read_declared("reporting", "templates/statuses.toml")
 STATUS_COLOURS = {name: each["colour"] for name, each in STATUSES.items()}
 LETTERS = {name: each["letter"] for name, each in STATUSES.items() if "letter" in each}
 MEANINGS = {name: each["meaning"] for name, each in STATUSES.items() if "meaning" in each}
@@ -31,7 +31,7 @@ def hue(library: str) -> str:
     return str(HUES.get(library, INK))
 
 
-def themed(text: str) -> str:
+def apply_theme(text: str) -> str:
     """A drawing, or its specification as JSON, with the colours of `DARK` as variables of the page's style sheet."""
     return re.sub(
         "#[0-9a-fA-F]{6}",
@@ -40,13 +40,13 @@ def themed(text: str) -> str:
     )
 
 
-def themed_values(value: Any) -> Any:
-    """A copy of a specification, or of several, with its colours as in `themed`."""
+def apply_theme_to_values(value: Any) -> Any:
+    """A copy of a specification, or of several, with its colours as in `apply_theme`."""
     if isinstance(value, str):
-        return themed(value) if value.startswith("#") else value
+        return apply_theme(value) if value.startswith("#") else value
     if isinstance(value, dict):
-        return {name: themed_values(each) for name, each in value.items()}
-    return [themed_values(each) for each in value] if isinstance(value, list | tuple) else value
+        return {name: apply_theme_to_values(each) for name, each in value.items()}
+    return [apply_theme_to_values(each) for each in value] if isinstance(value, list | tuple) else value
 
 
 def family(row: pd.Series) -> str:
@@ -88,7 +88,7 @@ def records(table: pd.DataFrame) -> list[dict[str, Any]]:
     return list(table.astype(object).where(table.notna(), None).to_dict("records"))
 
 
-def dressed(chart: Any, datasets: dict[str, Any] | None = None) -> Any:
+def dress(chart: Any, datasets: dict[str, Any] | None = None) -> Any:
     """The chart in the common style: grey axes, no frame, one font; with its data by name."""
     found = chart.configure(**STYLE["config"]).configure_view(stroke=None)
     if datasets is not None:

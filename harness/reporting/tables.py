@@ -16,7 +16,7 @@ from gnomon.harness.results.contenders import ALONE, THIRD
 from gnomon.harness.results.equal_error import TARGETS
 from gnomon.harness.results.number_text import (
     error_text,
-    grouped,
+    group_digits,
     order_text,
     power_text,
     problem_name,
@@ -140,7 +140,7 @@ def _against_first(row: Mapping[str, Any]) -> str:
     return f"{row['state']}: {row['integrator_id']} {interval}"
 
 
-BREAK_EVEN_HEADS = tuple(f"{grouped(number)} solve{'s' * (number > 1)}" for number in SOLVES)
+BREAK_EVEN_HEADS = tuple(f"{group_digits(number)} solve{'s' * (number > 1)}" for number in SOLVES)
 
 
 def break_even_parts(found: Iterable[AtError]) -> list[dict[str, Any]]:
@@ -168,10 +168,10 @@ def break_even_parts(found: Iterable[AtError]) -> list[dict[str, Any]]:
 
 
 def _even_text(one: AtError) -> str:
-    first, later, many = title(one.first), title(one.later), grouped(SOLVES[-1])
+    first, later, many = title(one.first), title(one.later), group_digits(SOLVES[-1])
     if first == later:
         return f"{first} has the least cost for one solve and for {many}"
-    even = f", from {grouped(round(one.even))} on in the median" if math.isfinite(one.even) else ""
+    even = f", from {group_digits(round(one.even))} on in the median" if math.isfinite(one.even) else ""
     return f"{first} has the least cost for one solve, and {later} for {many}{even}"
 
 

@@ -14,7 +14,7 @@ from pathlib import Path
 from gnomon.cases.core.case import Case
 from gnomon.harness.reporting import sidecars
 from gnomon.harness.results.opening import results_file
-from gnomon.harness.system.locks import held_descriptor
+from gnomon.harness.system.locks import find_held
 from gnomon.reference.storage import diskcache
 
 WRITTEN = ("index.html", "summary.md", "figures/figures.json")
@@ -23,7 +23,7 @@ LIBRARIES = ("numpy", "pandas", "altair", "vl-convert-python", "jinja2", "jsonsc
 PACKAGES = ("gnomon.harness", "gnomon.cases", "gnomon.reference")
 
 
-def refreshed(database: Path, folder: Path, cases: Mapping[str, type[Case]]) -> Path:
+def refresh(database: Path, folder: Path, cases: Mapping[str, type[Case]]) -> Path:
     """The page of a report in `folder`, which `write_report` writes unless it is up to date.
 
     A report with `cases` that are not installed is always written. Raises ValueError as `write_report` does.
@@ -77,7 +77,7 @@ def _sources() -> Iterator[Path]:
 
 
 def _digest(path: Path) -> str:
-    held = held_descriptor(path)  # held open during a run
+    held = find_held(path)  # held open during a run
     with path.open("rb") if held is None else open(held, "rb", closefd=False) as file:
         file.seek(0)
         return hashlib.file_digest(file, "sha256").hexdigest()

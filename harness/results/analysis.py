@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from gnomon.harness.contract.status import NOT_BROKEN, SCORED, Status
-from gnomon.harness.results.equal_error import TARGETS, Reached, reached
+from gnomon.harness.results.equal_error import TARGETS, Reached, find_reached
 from gnomon.harness.results.schema import TIMES, TIMING_SPAN
 from gnomon.harness.results.summary import ERRORS, KINDS, order
 from gnomon.harness.results.summary import NEVER_RAN as NEVER_RAN
@@ -84,14 +84,14 @@ def null_calls(frame: pd.DataFrame) -> pd.Series:
     taken = frame["rhs_calls"].fillna(frame["steps"])
     taken = taken.groupby(frame["trial_key"]).transform("max")  # later launches do not count right-hand sides
     cost = (frame["seconds_median"] - null) / (taken - work)
-    usable = cost.notna() & (taken >= 2 * work) & frame["status"].isin(SCORED) & ~delayed(frame)
+    usable = cost.notna() & (taken >= 2 * work) & frame["status"].isin(SCORED) & ~find_delayed(frame)
     series = [frame[column] for column in (*SERIES, "machine")]
     most = taken.where(usable).groupby(series).transform("max")
     slope = cost.where(usable & (taken == most)).groupby(series).transform("median").clip(lower=0.0)
     return (null - slope * work).clip(lower=0.0).fillna(null)
 
 
-def delayed(frame: pd.DataFrame) -> pd.Series:
+def find_delayed(frame: pd.DataFrame) -> pd.Series:
     """Whether each measurement waited for a processor for more than `DELAYED` of its time."""
     return frame["delay_seconds"] > DELAYED * frame["seconds_median"]
 
@@ -162,7 +162,7 @@ def equal_error(frame: pd.DataFrame, targets: Sequence[float] = TARGETS) -> pd.D
     usable = usable.assign(error_max=usable["error_max"].where(usable["status"] != Status.DIVERGED, math.inf))
     for key, series in _series(usable.sort_values("setting", ascending=False), *columns):
         more = _one_more(series, targets)
-        rows += [(*key, *found, *more.get(found.target, (math.nan, {}))) for found in reached(series, targets)]
+        rows += [(*key, *found, *more.get(found.target, (math.nan, {}))) for found in find_reached(series, targets)]
     table = pd.DataFrame(rows, columns=[*SERIES, *Reached._fields, "more_seconds", "more_times"])
     machines = usable.groupby(SERIES)["machine"].first()
     return table.join(machines, on=list(SERIES)).join(preparations(frame), on=list(SERIES))
@@ -171,10 +171,10 @@ def equal_error(frame: pd.DataFrame, targets: Sequence[float] = TARGETS) -> pd.D
 def _one_more(
     series: Sequence[Mapping[str, Any]], targets: Sequence[float]
 ) -> dict[float, tuple[float, dict[tuple[int, int], float]]]:
-    """By target the seconds of one more pass over the span, and by run and launch, as `reached` finds those of a call."""
+    """By target the seconds of one more pass over the span, and by run and launch, as `find_reached` finds those of a call."""
     if all(math.isnan(row["more_seconds"]) for row in series):
         return {}
-    found = reached([{**row, "seconds_median": row["more_seconds"]} for row in series], targets)
+    found = find_reached([{**row, "seconds_median": row["more_seconds"]} for row in series], targets)
     return {one.target: (one.seconds, one.times) for one in found}
 
 

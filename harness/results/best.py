@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from gnomon.harness.contract.status import SCORED, Status
-from gnomon.harness.results.contenders import OWN, launched, scatters
-from gnomon.harness.results.equal_error import credited
+from gnomon.harness.results.contenders import OWN, list_launched, scatters
+from gnomon.harness.results.equal_error import credit_errors
 from gnomon.harness.results.number_text import error_text, short_text, time_text
 from gnomon.harness.results.separation import SLOWER, Launch, Timed, compare, states
 
@@ -148,7 +148,7 @@ def best(rows: Sequence[Mapping[str, Any]], error: float, lines: Callable[[str, 
 
 def _equally_fast(rows: Sequence[Mapping[str, Any]], ways: Sequence[_Way]) -> Iterator[str]:
     """The ways that the launches do not separate from the first, which is the fastest, in words."""
-    found = compare([way.timed for way in ways], scatters(launched(rows))[OWN])
+    found = compare([way.timed for way in ways], scatters(list_launched(rows))[OWN])
     for way, row, state in list(zip(ways, found, *states([found]), strict=True))[1:]:
         if state != SLOWER:
             yield f"{way.timed.integrator_id} {short_text(row.ratio)} ({short_text(row.low)} – {short_text(row.high)})"
@@ -166,7 +166,7 @@ def _loosest(
 ) -> _Way | None:
     """The loosest setting from which on all tighter ones, up to the limit of rounding, have at most this error."""
     ordered = sorted(rows, key=lambda row: -row["setting"])
-    for row, held in zip(ordered, credited([error_of(row) for row in ordered]), strict=True):
+    for row, held in zip(ordered, credit_errors([error_of(row) for row in ordered]), strict=True):
         if held <= error:
             below = float(row["error_max"]) < float(row["floor"] or 0.0)
             timed = Timed(row["integrator_id"], times[row["integrator_id"], row["setting"]])

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from gnomon.harness.adapters.libraries import LIBRARIES
 from gnomon.harness.contract.status import SCORED, Status
-from gnomon.harness.results.equal_error import reached, waited, without_waits
+from gnomon.harness.results.equal_error import find_reached, has_waited, without_waits
 from gnomon.harness.results.schema import TIMING_SPAN
 from gnomon.harness.results.separation import (
     NEAR,
@@ -91,9 +91,9 @@ def times(rows: Iterable[Row]) -> tuple[list[Time], dict[str, Scatter]]:
     found = [
         Time(*key, one.target, one.seconds, one.times, one.settings)
         for key, own in sorted(series.items())
-        for one in reached(_usable(own))
+        for one in find_reached(_usable(own))
     ]
-    return found, scatters(launched(every))
+    return found, scatters(list_launched(every))
 
 
 def scatters(series: Sequence[Timed]) -> dict[str, Scatter]:
@@ -105,14 +105,14 @@ def scatters(series: Sequence[Timed]) -> dict[str, Scatter]:
 _series = itemgetter("case", "variant", "formulation", "integrator_id", "machine")
 
 
-def launched(rows: Iterable[Row]) -> list[Timed]:
+def list_launched(rows: Iterable[Row]) -> list[Timed]:
     """Of each series that was launched several times, the setting with most launches; of several, the middle one."""
     series: dict[tuple[Any, ...], dict[Any, dict[Launch, tuple[float, bool]]]] = {}
     for row in rows:
         seconds = row["seconds_median"]
         if row["status"] in SCORED and seconds is not None and seconds > 0:
             at = series.setdefault(_series(row), {}).setdefault(row["setting"], {})
-            at[row.get("run", 1), row["launch"]] = seconds, waited(row)
+            at[row.get("run", 1), row["launch"]] = seconds, has_waited(row)
     found = []
     for key, every in sorted(series.items(), key=lambda item: str(item[0])):
         settings = {setting: without_waits(at) for setting, at in every.items()}
@@ -123,14 +123,14 @@ def launched(rows: Iterable[Row]) -> list[Timed]:
     return found
 
 
-def undecided(found: Sequence[Time], scatter: Mapping[str, Scatter]) -> dict[Names, set[float]]:
+def find_undecided(found: Sequence[Time], scatter: Mapping[str, Scatter]) -> dict[Names, set[float]]:
     """The series that further launches may separate, with the settings beside the errors of their open cells.
 
     Each division has its own false discovery rate, as on a page. Of an open cell these are the fastest and all within NEAR
     of it that are not slower, so that they keep equal launches; none after MOST_LAUNCHES.
     """
     wanted: dict[Names, set[float]] = {}
-    for _, rows, compared, each, of in _judged(found, scatter):
+    for _, rows, compared, each, of in _judge_cells(found, scatter):
         near = [
             one for one, row, state in zip(rows, compared, each, strict=True) if row.ratio < NEAR and state != SLOWER
         ]
@@ -143,12 +143,12 @@ def undecided(found: Sequence[Time], scatter: Mapping[str, Scatter]) -> dict[Nam
 def open_cells(found: Sequence[Time], scatter: Mapping[str, Scatter]) -> dict[str, tuple[int, int]]:
     """By division the numbers of open cells and of cells with a pair."""
     kinds: dict[str, list[str]] = {THIRD: [], YOURS: [], OWN: []}
-    for name, *_, of in _judged(found, scatter):
+    for name, *_, of in _judge_cells(found, scatter):
         kinds[name].append(of)
     return {name: (each.count(UNDECIDED), len(each) - each.count(ALONE)) for name, each in kinds.items()}
 
 
-def _judged(
+def _judge_cells(
     found: Sequence[Time], scatter: Mapping[str, Scatter]
 ) -> Iterator[tuple[str, list[Time], list[Compared], list[str], str]]:
     """The cells of each division: its name, the times, their rows and states, the kind of the cell."""
@@ -163,7 +163,7 @@ def _judged(
 
 
 def _usable(rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
-    """The timed rows of a series as `reached` reads them, loosest first."""
+    """The timed rows of a series as `find_reached` reads them, loosest first."""
     found = []
     for row in sorted(rows, key=lambda row: -(row["setting"] or 0.0)):
         error = math.inf if row["status"] == Status.DIVERGED else row["error_max"]

@@ -33,7 +33,7 @@ def fit_order(
     The range: errors below 1e-2 and above 100 times `floor`, the error due to round-off and conditioning (one for all
     steps or one for each). All steps finer than the first one below the range are left out.
     """
-    points = _fitted_points(steps, errors, floor)
+    points = _choose_points(steps, errors, floor)
     return None if points is None else (fit_slope(points), len(points))
 
 
@@ -41,7 +41,7 @@ def slopes(
     steps: Sequence[float], errors: Sequence[float], floor: float | Sequence[float] = 0.0
 ) -> tuple[float, float, float] | None:
     """The slope of `fit_order`, and the smallest and largest slope from one of its points to the next."""
-    points = _fitted_points(steps, errors, floor)
+    points = _choose_points(steps, errors, floor)
     if points is None:
         return None
     pieces = [fit_slope(pair) for pair in itertools.pairwise(points)]
@@ -95,7 +95,7 @@ def why_no_line(errors: Sequence[float], floor: float) -> str:
     return f"{count} {'setting' if count == 1 else 'settings'} {ends}, {FEWEST} are needed"
 
 
-def _fitted_points(
+def _choose_points(
     steps: Sequence[float], errors: Sequence[float], floor: float | Sequence[float]
 ) -> list[tuple[float, float]] | None:
     """The points (log step, log error) that a slope is fitted to, coarsest first; None with fewer than 4."""

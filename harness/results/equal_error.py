@@ -34,7 +34,7 @@ class Reached(NamedTuple):
     settings: tuple[float, ...]
 
 
-def reached(series: Sequence[Mapping[str, Any]], targets: Sequence[float] = TARGETS) -> Iterator[Reached]:
+def find_reached(series: Sequence[Mapping[str, Any]], targets: Sequence[float] = TARGETS) -> Iterator[Reached]:
     """The times of a series at the targets that it reaches.
 
     `series`: run, launch, setting, error_max, seconds_median, null_seconds and rhs_calls of its timed settings, loosest
@@ -43,13 +43,13 @@ def reached(series: Sequence[Mapping[str, Any]], targets: Sequence[float] = TARG
     at: dict[float, dict[int, tuple[float, bool]]] = {}
     errors: dict[int, dict[float, float]] = {}
     for row in series:
-        at.setdefault(row["setting"], {})[row["launch"]] = row["seconds_median"], waited(row)
+        at.setdefault(row["setting"], {})[row["launch"]] = row["seconds_median"], has_waited(row)
         errors.setdefault(row["launch"], {})[row["setting"]] = row["error_max"]
     # Slow settings are launched once: the launch with most settings has the errors, and says on which settings the time of a
     # target rests. The other launches count if they timed these, as further launches do.
     whole = max(sorted(errors), key=lambda launch: len(errors[launch]))
     sweep = errors[whole]
-    held = credited(list(sweep.values()))
+    held = credit_errors(list(sweep.values()))
     runs = {row["launch"]: row["run"] for row in series}
     seconds = [at[setting][whole][0] for setting in sweep]
     nulls = [row["null_seconds"] for row in series if math.isfinite(row["null_seconds"])]
@@ -87,7 +87,7 @@ def _between(held: Sequence[float], seconds: Sequence[float], target: float) -> 
     return float(np.exp(np.log(seconds[0]) + share * np.log(seconds[1] / seconds[0])))
 
 
-def waited(row: Mapping[str, Any]) -> bool:
+def has_waited(row: Mapping[str, Any]) -> bool:
     """Whether a measurement waited for a processor for more than `DELAYED` of its time."""
     delay = row.get("delay_seconds")
     return delay is not None and delay > DELAYED * row["seconds_median"]
@@ -105,7 +105,7 @@ def geometric_mean(values: Iterable[float]) -> float:
     return math.exp(math.fsum(logs) / len(logs))
 
 
-def credited(errors: Sequence[float] | Floats) -> Floats:
+def credit_errors(errors: Sequence[float] | Floats) -> Floats:
     """The error that each setting of a sweep, loosest first, is credited with; inf for settings that are left out.
 
     The error of a loose setting may be small by chance, where it changes sign. A setting is therefore credited with the
@@ -132,7 +132,7 @@ def time_at(errors: Sequence[float] | Floats, seconds: Sequence[float] | Floats,
     A tighter setting may take less time than the one that reaches the error: the order of a Taylor series follows its
     tolerance, and a low order takes more steps. It reaches the error too, so the minimum of these times counts.
     """
-    return crossing(credited(errors), seconds, target)
+    return crossing(credit_errors(errors), seconds, target)
 
 
 def beside(held: Floats, seconds: Sequence[float] | Floats, target: float) -> tuple[list[int], bool]:
@@ -148,7 +148,7 @@ def beside(held: Floats, seconds: Sequence[float] | Floats, target: float) -> tu
 
 
 def crossing(held: Floats, seconds: Sequence[float] | Floats, target: float) -> tuple[float, bool]:
-    """`time_at` for errors that are already `credited`."""
+    """`time_at` for errors that are already `credit_errors`."""
     reached = np.flatnonzero(held <= target)
     if len(reached) == 0:
         return math.nan, False
@@ -165,7 +165,7 @@ def error_within(errors: Sequence[float] | Floats, seconds: Sequence[float] | Fl
 
     Interpolated as in `time_at`, between a setting within the time and the next one if it takes longer.
     """
-    held, times = credited(errors), np.asarray(seconds, dtype=float)
+    held, times = credit_errors(errors), np.asarray(seconds, dtype=float)
     found = [math.inf, *held[times <= cost].tolist()]
     for i in np.flatnonzero((times[:-1] <= cost) & (times[1:] > cost)).tolist():
         if math.isfinite(held[i]) and math.isfinite(held[i + 1]):

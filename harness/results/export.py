@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from gnomon.harness.contract.declared import declared
+from gnomon.harness.contract.declared import read_declared
 from gnomon.harness.results.reading import columns, rows
 from gnomon.harness.results.schema import MEASUREMENT_COLUMNS, TRIAL_COLUMNS
 from gnomon.harness.system import extras
@@ -56,7 +56,7 @@ def _parquet(path: str | Path, target: Path, raw: bool) -> None:
     from pyarrow import parquet
 
     types = {"TEXT": pyarrow.string(), "REAL": pyarrow.float64(), "INTEGER": pyarrow.int64()}
-    told = declared("results", "columns.toml")
+    told = read_declared("results", "columns.toml")
     found = columns(path)
     fields = []
     for name in found:

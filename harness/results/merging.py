@@ -108,12 +108,12 @@ class _Merged:
             columns, marks = ", ".join(f'"{name}"' for name in names), ", ".join("?" * len(names))
             counting = LAST_PLANNED if table == "trials" else f"SELECT {key} FROM measurements WHERE {NOT_SUPERSEDED}"
             cursor = own.execute(
-                f"SELECT {schema.selected(table)} FROM {table} WHERE {key} IN ({counting}) ORDER BY {table}.rowid"
+                f"SELECT {schema.list_columns(table)} FROM {table} WHERE {key} IN ({counting}) ORDER BY {table}.rowid"
             )
             insert = f"INSERT {'OR IGNORE' if table == 'trials' else ''} INTO {table} ({columns}) VALUES ({marks})"
             while rows := cursor.fetchmany(ROWS):
                 with _writing(self.target):  # `reading` would take it for an error of the file that is read
-                    self.db.executemany(insert, _renumbered(rows, names, runs, measurements, added))
+                    self.db.executemany(insert, _renumber(rows, names, runs, measurements, added))
         for suite, ended in own.execute("SELECT suite, ended FROM runs ORDER BY run").fetchall()[-1:]:
             self.suites[suite] = None
             self.unfinished |= ended is None
@@ -131,7 +131,7 @@ class _Merged:
             for name in VERSIONS:
                 if found[name] != known[name]:
                     raise ValueError(
-                        f"{path}: measured with {name} {_shown(found[name])}, {first} with {_shown(known[name])};"
+                        f"{path}: measured with {name} {_show(found[name])}, {first} with {_show(known[name])};"
                         " merge files of the same versions and sources"
                     )
 
@@ -188,7 +188,7 @@ class _Merged:
         return int(measurements) - len(interrupted) + len(elsewhere)
 
 
-def _renumbered(
+def _renumber(
     rows: Iterable[Sequence[Any]], names: Sequence[str], runs: int, measurements: int, added: Mapping[str, int]
 ) -> Iterator[list[Any]]:
     """The rows of a file with numbers that continue the numbers of the files before it.
@@ -208,5 +208,5 @@ def _renumbered(
         yield values
 
 
-def _shown(value: str | None) -> str:
+def _show(value: str | None) -> str:
     return "none" if value is None else visible(str(value))

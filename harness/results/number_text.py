@@ -7,7 +7,7 @@ from gnomon.harness.results.summary import Load
 from gnomon.harness.results.values import DELAYED
 
 
-def counted(number: int, noun: str) -> str:
+def count_text(number: int, noun: str) -> str:
     """A number with its noun in singular or plural: 1 case, 2 cases, 0 libraries."""
     if number == 1:
         return f"1 {noun}"
@@ -24,7 +24,7 @@ def join_words(words: Sequence[str]) -> str:
     return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
 
 
-def grouped(number: int) -> str:
+def group_digits(number: int) -> str:
     """A number with its digits in groups of three."""
     return f"{number:,}".replace(",", "\N{NO-BREAK SPACE}")
 
@@ -70,11 +70,9 @@ def order_text(order: float, margin: float) -> str:
     return f"{order:.2f} ± {max(math.ceil(100 * margin), 1) / 100:.2f}" if order > margin else "no order"
 
 
-def waited_text(timed: int, delayed: int, unknown: int) -> str:
-    """The numbers of `summary.waited` in words."""
-    text = (
-        f"{delayed} of {counted(timed, 'timed measurement')} include more than {DELAYED:.0%} of waiting for a processor"
-    )
+def tell_waits(timed: int, delayed: int, unknown: int) -> str:
+    """The numbers of `summary.count_waits` in words."""
+    text = f"{delayed} of {count_text(timed, 'timed measurement')} include more than {DELAYED:.0%} of waiting for a processor"
     return text.replace("%", " %") + (f"; of {unknown} it is not known" if unknown else "")
 
 

@@ -16,7 +16,7 @@ from pathlib import Path
 
 from gnomon.harness.results import schema, values
 from gnomon.harness.results.schema import APPLICATION_ID, SCHEMA_VERSION, Damaged
-from gnomon.harness.results.visible import cut, visible
+from gnomon.harness.results.visible import shorten, visible
 
 MOST_BYTES = 1 << 24
 """A row with a longer text or blob is refused: sampled states take some kilobytes."""
@@ -62,7 +62,7 @@ def reading(path: str | Path, tables: Iterable[str]) -> Iterator[sqlite3.Connect
             f"{found}: damaged ({error}); restore it from a copy, or run it again into another file"
         ) from None
     except (sqlite3.Error, UnicodeDecodeError) as error:
-        text = visible(cut(str(error)))
+        text = visible(shorten(str(error)))
         if str(error).startswith("file is not a database"):
             raise ValueError(f"{found}: not a readable results file of gnomon ({text})") from None
         raise ValueError(f"{found}: damaged ({text}); run it again into another file") from None
@@ -85,7 +85,7 @@ def verify(db: sqlite3.Connection, tables: Iterable[str]) -> None:
     # For the whole file: if a table's first page was replaced by another, only the list of unused pages shows it.
     ((found,),) = db.execute("PRAGMA integrity_check(1)")
     if found != "ok":
-        raise Damaged(" ".join(visible(cut(found), lines=True).replace("*** in database main ***", "").split()))
+        raise Damaged(" ".join(visible(shorten(found), lines=True).replace("*** in database main ***", "").split()))
     for table in tables:
         try:
             schema.verify(db, table)
@@ -114,7 +114,7 @@ def recover(path: Path) -> None:
         db.execute("SELECT count(*) FROM sqlite_master").fetchone()
     except (sqlite3.Error, UnicodeDecodeError) as error:
         raise ValueError(
-            f"{path}: a write into it was interrupted ({visible(cut(str(error)))}); remove both files"
+            f"{path}: a write into it was interrupted ({visible(shorten(str(error)))}); remove both files"
         ) from None
     finally:
         db.close()
@@ -127,7 +127,7 @@ def _connect(path: Path, stack: ExitStack) -> sqlite3.Connection:
     complete: it is opened as immutable. If the log holds writes, both files are copied to a temporary folder.
     """
     try:
-        return _begun(path, "mode=ro", stack)
+        return _begin(path, "mode=ro", stack)
     except sqlite3.OperationalError as error:
         if error.sqlite_errorcode & 0xFF not in (CANNOT_OPEN, READ_ONLY):
             raise
@@ -136,14 +136,14 @@ def _connect(path: Path, stack: ExitStack) -> sqlite3.Connection:
     if journal.exists() and journal.stat().st_size:
         raise Damaged(f"a write into it was interrupted, {journal.name} is beside it")
     if not log.exists() or log.stat().st_size == 0:
-        return _begun(path, "mode=ro&immutable=1", stack)
+        return _begin(path, "mode=ro&immutable=1", stack)
     folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="gnomon-")))
     for source in (path, log):
         shutil.copyfile(source, folder / source.name)
-    return _begun(folder / path.name, "mode=ro", stack)
+    return _begin(folder / path.name, "mode=ro", stack)
 
 
-def _begun(path: Path, how: str, stack: ExitStack) -> sqlite3.Connection:
+def _begin(path: Path, how: str, stack: ExitStack) -> sqlite3.Connection:
     db = schema.with_checksums(sqlite3.connect(f"{path.resolve().as_uri()}?{how}", uri=True, timeout=30))
     try:
         db.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, MOST_BYTES)
@@ -176,18 +176,18 @@ def _writer(db: sqlite3.Connection) -> str:
     """The gnomon that wrote the last run of a file, in words."""
     last = "SELECT value FROM environment WHERE name = ? ORDER BY run DESC LIMIT 1"
     version, revision = (db.execute(last, (name,)).fetchone() for name in ("gnomon", "revision"))
-    named = f" {visible(cut(str(version[0])))}" if version and version[0] else ""
-    named += f" of revision {visible(cut(str(revision[0])))}" if revision and revision[0] else ""
+    named = f" {visible(shorten(str(version[0])))}" if version and version[0] else ""
+    named += f" of revision {visible(shorten(str(revision[0])))}" if revision and revision[0] else ""
     return f"the gnomon{named} that wrote it"
 
 
 def _verify_structure(db: sqlite3.Connection) -> None:
     """Raise Damaged unless the file holds exactly the tables and the index of its schema."""
-    expected = {(kind, name): _plain(sql) for kind, name, sql in schema.made()}
+    expected = {(kind, name): _plain(sql) for kind, name, sql in schema.list_structure()}
     for kind, name, table, sql in db.execute("SELECT type, name, tbl_name, sql FROM sqlite_master").fetchall():
         if kind == "index" and sql is None and table in schema.TABLES:
             continue  # the index of a primary key
-        shown = visible(cut(f"{kind} {name}"))
+        shown = visible(shorten(f"{kind} {name}"))
         if (kind, name) not in expected:
             raise Damaged(f"it holds the {shown}, which gnomon does not make")
         if _plain(str(sql)) != expected.pop((kind, name)):

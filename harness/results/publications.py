@@ -75,7 +75,7 @@ def names(entries: Sequence[Entry]) -> list[str]:
     return sorted({name for entry in entries for name in entry.numbers})
 
 
-def chosen(entries: Sequence[Entry], wanted: Sequence[str]) -> list[str]:
+def choose(entries: Sequence[Entry], wanted: Sequence[str]) -> list[str]:
     """The names that are wanted, patterns resolved. Raises ValueError for an unknown one."""
     known, found = names(entries), []
     for name in wanted:

@@ -9,7 +9,17 @@ import pandas as pd
 from gnomon.harness.contract.status import NOT_BROKEN, Status
 from gnomon.harness.results import analysis
 from gnomon.harness.results.analysis import NEVER_RAN, PROBLEM, hard, records
-from gnomon.harness.results.contenders import ALONE, ANSWERED, OWN, THIRD, YOURS, division, judge, launched, scatters
+from gnomon.harness.results.contenders import (
+    ALONE,
+    ANSWERED,
+    OWN,
+    THIRD,
+    YOURS,
+    division,
+    judge,
+    list_launched,
+    scatters,
+)
 from gnomon.harness.results.reading import MORE_SCATTER
 from gnomon.harness.results.separation import (
     EQUAL,
@@ -36,10 +46,10 @@ def scatter(frame: pd.DataFrame) -> dict[str, Scatter]:
     """The scatter between launches in the rows of `analysis.tidy` by division, see `contenders.scatters`."""
     columns = ("case", "variant", "formulation", "integrator_id", "machine", "setting", "run", "launch")
     timed = frame[frame["seconds_median"].notna()]
-    return scatters(launched(records(timed, (*columns, "status", "seconds_median", "delay_seconds"))))
+    return scatters(list_launched(records(timed, (*columns, "status", "seconds_median", "delay_seconds"))))
 
 
-def ranked(equal: pd.DataFrame, scatter: Scatter) -> pd.DataFrame:
+def rank_methods(equal: pd.DataFrame, scatter: Scatter) -> pd.DataFrame:
     """The rows with the columns `ratio`, `low`, `high`, `state` and `cell`.
 
     `ratio`: the time over the least of the cell, between `low` and `high` with 95 % confidence, which the choice of the
@@ -47,7 +57,7 @@ def ranked(equal: pd.DataFrame, scatter: Scatter) -> pd.DataFrame:
     """
     table = equal.reset_index(drop=True)
     places = [at.tolist() for at in table.groupby([*PROBLEM, "target"]).indices.values()]
-    timed = _timed(table)
+    timed = _list_times(table)
     judged = judge([[timed[place] for place in at] for at in places], scatter)
     found: list[tuple[float, float, float, str, str]] = [(math.nan, math.nan, math.nan, "", "")] * len(table)
     for at, (rows, states_, kind) in zip(places, judged, strict=True):
@@ -56,7 +66,7 @@ def ranked(equal: pd.DataFrame, scatter: Scatter) -> pd.DataFrame:
     return _with(table, found, ("ratio", "low", "high", "state", "cell"))
 
 
-def _timed(table: pd.DataFrame) -> list[Timed]:
+def _list_times(table: pd.DataFrame) -> list[Timed]:
     return [Timed(*row) for row in zip(table["integrator_id"], table["times"], strict=True)]
 
 
@@ -72,8 +82,8 @@ def _with(table: pd.DataFrame, rows: Sequence[tuple[Any, ...]], names: Sequence[
     )
 
 
-def counted(equal: pd.DataFrame, scatter: Scatter | None = None) -> pd.DataFrame:
-    """The rows with the columns of `ranked`, ranked by the evaluations of the equations; rows without a count are left out.
+def rank_by_counts(equal: pd.DataFrame, scatter: Scatter | None = None) -> pd.DataFrame:
+    """The rows with the columns of `rank_methods`, ranked by the evaluations of the equations; rows without a count are left out.
 
     Counts are the same in every launch, so that they have no interval; closer than SAME_COUNT they are equal.
     """
@@ -86,12 +96,12 @@ def counted(equal: pd.DataFrame, scatter: Scatter | None = None) -> pd.DataFrame
 
 
 def divisions(
-    equal: pd.DataFrame, scatter: Mapping[str, Scatter], rank: Callable[..., pd.DataFrame] = ranked
+    equal: pd.DataFrame, scatter: Mapping[str, Scatter], rank: Callable[..., pd.DataFrame] = rank_methods
 ) -> pd.DataFrame:
     """The rows ranked by `rank` among those of their `division` alone, third parties first.
 
     `against`: the time of a row of another division over the least time of third parties at the same problem and error (by
-    `counted`, the evaluations), with `against_low`, `against_high` and `against_state` as in `ranked`; nan and "" where
+    `rank_by_counts`, the evaluations), with `against_low`, `against_high` and `against_state` as in `rank_methods`; nan and "" where
     they do not reach it.
     """
     of = equal["library"].map(division)
@@ -101,7 +111,7 @@ def divisions(
         if (of == name).any()
     ]
     table = pd.concat(parts, ignore_index=True) if parts else rank(equal, scatter[OWN]).assign(division="")
-    found = _against(table, scatter[OWN]) if rank is ranked else _counted_against(table)
+    found = _against(table, scatter[OWN]) if rank is rank_methods else _compare_counts(table)
     return _with(table, found, ("against", "against_low", "against_high", "against_state"))
 
 
@@ -113,7 +123,7 @@ def one_more_period(equal: pd.DataFrame, scatter: Mapping[str, Scatter]) -> pd.D
 
 def _against(table: pd.DataFrame, scatter: Scatter) -> list[tuple[float, float, float, str]]:
     """Each row of another division against the fastest third party of its cell."""
-    timed, kinds = _timed(table), table["division"].tolist()
+    timed, kinds = _list_times(table), table["division"].tolist()
     found: list[tuple[float, float, float, str]] = [(math.nan, math.nan, math.nan, "")] * len(table)
     rows: list[tuple[int, Compared]] = []
     ratios = table["ratio"].tolist()
@@ -136,7 +146,7 @@ def _either(row: Compared, claimed: bool) -> str:
     return FASTEST if of == SLOWER and row.ratio < 1 else of
 
 
-def _counted_against(table: pd.DataFrame) -> list[tuple[float, float, float, str]]:
+def _compare_counts(table: pd.DataFrame) -> list[tuple[float, float, float, str]]:
     """As `_against`, by counts."""
     least = table[table["division"] == THIRD].groupby([*PROBLEM, "target"])["calls"].min()
     keys = zip(*(table[name] for name in (*PROBLEM, "target")), strict=True)
@@ -163,7 +173,7 @@ def _within(rows: pd.DataFrame, error: float) -> pd.Series:
     return (rows["status"] == Status.OK) & (rows["error_max"] <= enough)
 
 
-def solved(reduced: pd.DataFrame) -> pd.DataFrame:
+def find_solved(reduced: pd.DataFrame) -> pd.DataFrame:
     """A row for each hard variant that was run (case, variant), a column for each integrator, with 1 where it solves it.
 
     An entry is nan if an integrator was not run, or if its settings do not solve the variant and others were left out.

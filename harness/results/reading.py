@@ -115,7 +115,7 @@ def columns(path: str | Path, superseded: bool = False) -> dict[str, list[Any]]:
     """The columns of `load` by name. Texts are visible; equal texts are one object, since many rows repeat them."""
     condition = "1" if superseded else NOT_SUPERSEDED
     with opening.reading(path, LOADED) as db:
-        selected = {table: schema.selected(table) for table in ("trials", "measurements")}
+        selected = {table: schema.list_columns(table) for table in ("trials", "measurements")}
         cursor = db.execute(_CURRENT.format(condition=condition, **selected))
         names = [column[0] for column in cursor.description]  # trial_key comes from both tables
         found: dict[str, list[Any]] = {name: [] for name in names}
@@ -190,14 +190,14 @@ def runs(path: str | Path) -> list[dict[str, Any]]:
     """
     with opening.reading(path, ["runs", "environment"]) as db:
         found = [
-            {name: _shown(value) for name, value in zip(schema.TABLES["runs"], row, strict=True)}
-            for row in db.execute(f"SELECT {schema.selected('runs')} FROM runs ORDER BY run").fetchall()
+            {name: _show(value) for name, value in zip(schema.TABLES["runs"], row, strict=True)}
+            for row in db.execute(f"SELECT {schema.list_columns('runs')} FROM runs ORDER BY run").fetchall()
         ]
         for run in found:
             rows = db.execute("SELECT name, value FROM environment WHERE run = ?", (run["run"],))
-            run["environment"] = {visible(name): _shown(value) for name, value in rows}
+            run["environment"] = {visible(name): _show(value) for name, value in rows}
     return found
 
 
-def _shown(value: Any) -> Any:
+def _show(value: Any) -> Any:
     return visible(value) if isinstance(value, str) else value

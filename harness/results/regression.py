@@ -13,7 +13,7 @@ from statistics import median
 from typing import Any
 
 from gnomon.harness.contract.status import CANNOT_RUN, SCORED, STOPPED, Status
-from gnomon.harness.results.contenders import launched
+from gnomon.harness.results.contenders import list_launched
 from gnomon.harness.results.convergence_order import FEWEST, LARGEST_ERROR, fit_slope
 from gnomon.harness.results.equal_error import geometric_mean
 from gnomon.harness.results.separation import (
@@ -92,7 +92,7 @@ def compare(base: Sequence[Row], run: Sequence[Row], allow_missing: bool = False
     """
     verdict = Verdict()
     before, after = _series(base), _series(run)
-    lacked = _lacked(before) & _lacked(after)
+    lacked = _find_lacked(before) & _find_lacked(after)
     before = {name: rows for name, rows in before.items() if any(row["status"] in ANSWERED for row in rows)}
     if not before:
         raise ValueError("nothing ran in the base, so there is nothing to compare with; give another base")
@@ -164,7 +164,7 @@ def changes(base: Sequence[Row], run: Sequence[Row]) -> list[SeriesChange]:
     """
     before, after = _series(base), _series(run)
     # Launches of two files share no effect, though they have equal numbers.
-    launches = [(sign, one) for sign, side in ((1, base), (-1, run)) for one in launched(side)]
+    launches = [(sign, one) for sign, side in ((1, base), (-1, run)) for one in list_launched(side)]
     scatter = scatter_of(
         one._replace(times={(sign * number, n): x for (number, n), x in one.times.items()}) for sign, one in launches
     )
@@ -172,13 +172,13 @@ def changes(base: Sequence[Row], run: Sequence[Row]) -> list[SeriesChange]:
     for name in dict.fromkeys([*before, *after]):
         rows = before.get(name, ()), after.get(name, ())
         if any(row["status"] not in CANNOT_RUN for side in rows for row in side):
-            pairs = _solved(*rows)
+            pairs = _pair_solved(*rows)
             found.append(_change(name, pairs, *rows))
             timed = [pair for pair in pairs if pair[0]["machine"] == pair[1]["machine"]]
-            judged.append(_compared(name[-1], timed, scatter))
+            judged.append(_compare_times(name[-1], timed, scatter))
     held = iter(discoveries([one.p for one in judged if one is not None]))
     return [
-        one if row is None else replace(one, seconds=_timed(one.seconds, row, bool(next(held))))
+        one if row is None else replace(one, seconds=_with_time(one.seconds, row, bool(next(held))))
         for one, row in zip(found, judged, strict=True)
     ]
 
@@ -193,9 +193,9 @@ def slower(found: Sequence[SeriesChange]) -> list[str]:
     ]
 
 
-def _solved(before: Sequence[Row], after: Sequence[Row]) -> list[tuple[Row, Row]]:
+def _pair_solved(before: Sequence[Row], after: Sequence[Row]) -> list[tuple[Row, Row]]:
     """The settings that are ok in both runs and comparable."""
-    pairs = _paired([row for row in before if row["status"] == Status.OK], after)
+    pairs = _pair_rows([row for row in before if row["status"] == Status.OK], after)
     return [
         (row, found)
         for row, found in pairs
@@ -203,7 +203,7 @@ def _solved(before: Sequence[Row], after: Sequence[Row]) -> list[tuple[Row, Row]
     ]
 
 
-def _compared(integrator_id: str, pairs: Sequence[tuple[Row, Row]], scatter: Scatter) -> Compared | None:
+def _compare_times(integrator_id: str, pairs: Sequence[tuple[Row, Row]], scatter: Scatter) -> Compared | None:
     """The times of the run against the base over settings that both timed; None without any.
 
     A launch counts with the geometric mean of its times if it timed all of the settings.
@@ -221,7 +221,7 @@ def _compared(integrator_id: str, pairs: Sequence[tuple[Row, Row]], scatter: Sca
     return compare_times([one for one in sides if one is not None], scatter, 0, 1)[1]
 
 
-def _timed(change: TimeChange, row: Compared, claimed: bool) -> TimeChange:
+def _with_time(change: TimeChange, row: Compared, claimed: bool) -> TimeChange:
     return replace(change, ratio=row.ratio, low=row.low, high=row.high, state=state(row, claimed))
 
 
@@ -251,7 +251,7 @@ def _most(rows: Sequence[Row]) -> str:
     return counts[0][0].replace("_", " ") if counts else "no such series"
 
 
-def _lacked(series: Mapping[tuple[str, ...], Sequence[Row]]) -> set[tuple[tuple[str, ...], float | None]]:
+def _find_lacked(series: Mapping[tuple[str, ...], Sequence[Row]]) -> set[tuple[tuple[str, ...], float | None]]:
     """Series and setting of the trials that cannot run."""
     return {(name, _setting(row)) for name, rows in series.items() for row in rows if row["status"] in CANNOT_RUN}
 
@@ -296,7 +296,7 @@ def _compare(name: str, before: Sequence[Row], after: Sequence[Row], verdict: Ve
     )
     both: list[tuple[Row, Row]] = []
     left_out: Counter[str] = Counter()
-    for row, found in _paired([row for row in before if row["status"] in ANSWERED], after):
+    for row, found in _pair_rows([row for row in before if row["status"] in ANSWERED], after):
         lacking = _lacking(row, found, hangs)
         reason = lacking or (_incomparable(row, found) if found else None)
         if reason is not None:
@@ -308,7 +308,7 @@ def _compare(name: str, before: Sequence[Row], after: Sequence[Row], verdict: Ve
     verdict.compared += bool(both)
     verdict.settings += len(both)
     _statuses(name, both, verdict)
-    if _any_ok(before) and not _any_ok(after):
+    if _has_ok(before) and not _has_ok(after):
         counts = ", ".join(f"{n} {status}" for status, n in Counter(row["status"] for row in after).most_common())
         verdict.regressions.append(f"{name}: ok in the base, no setting is ok any more ({counts})")
     elif not both:
@@ -316,11 +316,11 @@ def _compare(name: str, before: Sequence[Row], after: Sequence[Row], verdict: Ve
     _numbers(name, [pair for pair in both if all(row["status"] == Status.OK for row in pair)], verdict)
 
 
-def _any_ok(rows: Sequence[Row]) -> bool:
+def _has_ok(rows: Sequence[Row]) -> bool:
     return any(row["status"] == Status.OK for row in rows)
 
 
-def _paired(before: Sequence[Row], after: Sequence[Row]) -> list[tuple[Row, Row | None]]:
+def _pair_rows(before: Sequence[Row], after: Sequence[Row]) -> list[tuple[Row, Row | None]]:
     """Each row of the base with the run's row at its setting: of several, from the base's machine, or the first."""
     at: dict[Any, Row] = {}
     for row in reversed(after):

@@ -6,12 +6,12 @@ import zlib
 from collections.abc import Iterator
 from functools import lru_cache
 
-from gnomon.harness.contract.declared import declared
+from gnomon.harness.contract.declared import read_declared
 
 SCHEMA_VERSION = 3
 APPLICATION_ID = 0x676E6F6D  # "gnom": distinguishes results files from other SQLite files
 
-_FOUND = declared("results", "schema.toml")
+_FOUND = read_declared("results", "schema.toml")
 TABLES: dict[str, dict[str, str]] = _FOUND["tables"]
 """The columns of every table without its `checksum`; schema.toml explains them."""
 TRIAL_COLUMNS, MEASUREMENT_COLUMNS = TABLES["trials"], TABLES["measurements"]
@@ -36,13 +36,13 @@ def create(db: sqlite3.Connection) -> None:
         db.execute("BEGIN IMMEDIATE")
         if version(db) == SCHEMA_VERSION:
             return  # another process was faster
-        for _, _, statement in made():
+        for _, _, statement in list_structure():
             db.execute(statement)
         db.execute(f"PRAGMA application_id = {APPLICATION_ID}")
         db.execute(f"PRAGMA user_version = {SCHEMA_VERSION}")
 
 
-def made() -> Iterator[tuple[str, str, str]]:
+def list_structure() -> Iterator[tuple[str, str, str]]:
     """The structure of a file: kind, name and SQL of its tables and its index."""
     for table, own in TABLES.items():
         kinds = {name: f'"{name}" {kind}' for name, kind in own.items()}
@@ -59,7 +59,7 @@ def version(db: sqlite3.Connection) -> int:
     return int(db.execute("PRAGMA user_version").fetchone()[0])
 
 
-def selected(table: str) -> str:
+def list_columns(table: str) -> str:
     """The columns of a table as a list for SELECT, without the checksum."""
     return ", ".join(f'{table}."{name}"' for name in TABLES[table])
 
@@ -89,21 +89,21 @@ def verify(db: sqlite3.Connection, table: str) -> None:
 
 
 def _checksum_of(table: str) -> str:
-    return f"row_checksum({selected(table)})"
+    return f"row_checksum({list_columns(table)})"
 
 
 def _row_checksum(*values: object) -> int:
     """CRC-32 of the values with their types. It detects damage, and does not protect against a forged file."""
     pieces = [
         _NOTHING if value is None else _NUMBER.pack(b"f", 8, value) if type(value) is float else
-        _piece(b"b", value) if type(value) is bytes else _repeated(value)
+        _piece(b"b", value) if type(value) is bytes else _encode_repeated(value)
         for value in values
     ]  # fmt: skip
     return zlib.crc32(b"".join(pieces))
 
 
 @lru_cache(2048)
-def _repeated(value: object) -> bytes:
+def _encode_repeated(value: object) -> bytes:
     """The bytes of a text or an integer in a checksum, kept because many rows repeat them."""
     if isinstance(value, int):
         return _piece(b"i", b"%d" % value)

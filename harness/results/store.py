@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, Self
 
 import numpy as np
 from gnomon.harness.contract.integrator import Floats
-from gnomon.harness.contract.status import SCORED, STOPPED, Status, from_outside
+from gnomon.harness.contract.status import SCORED, STOPPED, Status, is_from_outside
 from gnomon.harness.results import opening, schema
 from gnomon.harness.results.export import export as export
 from gnomon.harness.results.opening import results_file as results_file
@@ -47,7 +47,7 @@ class Known(NamedTuple):
     first: bool = False
     """Whether the first use of its integrator was timed."""
     from_outside: bool = False
-    """Whether a cause outside the integrator may have ended it (see `status.from_outside`)."""
+    """Whether a cause outside the integrator may have ended it (see `status.is_from_outside`)."""
 
     @classmethod
     def of(cls, row: Mapping[str, Any]) -> Self:
@@ -59,7 +59,7 @@ class Known(NamedTuple):
             seconds = max(seconds - (row.get("delay_seconds") or 0.0), 0.0)
         status = Status(row["status"])
         return cls(
-            status, work, row.get("limit_seconds"), seconds, turned, first, from_outside(status, row.get("reason"))
+            status, work, row.get("limit_seconds"), seconds, turned, first, is_from_outside(status, row.get("reason"))
         )
 
     def settles(self, limit_seconds: float, turned: bool = False, timed: bool = False, first: bool = False) -> bool:

@@ -24,7 +24,7 @@ def publish(
     parser.add_argument("--out", type=Path, required=True)
     arguments = parser.parse_args()
     rows = dict(calls(partial(_at, measured, subjects), range(len(subjects)), os.cpu_count() or 1, "spawn"))
-    found = {"environment": environment.recorded(), "rows": [require(rows[k]) for k in range(len(subjects))]}
+    found = {"environment": environment.record(), "rows": [require(rows[k]) for k in range(len(subjects))]}
     write(found, arguments.out)
 
 

@@ -85,14 +85,14 @@ def _problem(row: Row) -> tuple[str, ...]:
     return tuple(row[name] for name in PROBLEM)
 
 
-def waited(times: Iterable[tuple[float | None, float | None]]) -> tuple[int, int, int]:
+def count_waits(times: Iterable[tuple[float | None, float | None]]) -> tuple[int, int, int]:
     """The numbers of timed measurements, delayed measurements, and measurements with an unknown delay.
 
     `times`: the seconds and the delay of each measurement, nan or None for null. A delay is unknown if the system did not
     provide it, or if the file is old.
     """
-    timed = [(seconds, delay) for seconds, delay in times if _known(seconds)]
-    known = [(seconds, delay) for seconds, delay in timed if _known(delay)]
+    timed = [(seconds, delay) for seconds, delay in times if _is_known(seconds)]
+    known = [(seconds, delay) for seconds, delay in timed if _is_known(delay)]
     delayed = sum(delay > DELAYED * seconds for seconds, delay in known)  # type: ignore[operator]
     return len(timed), delayed, len(timed) - len(known)
 
@@ -106,12 +106,12 @@ class Load(NamedTuple):
 
 def load_of(times: Iterable[tuple[float | None, float | None]]) -> Load:
     """Whether the machine was under load, from the seconds and the delay of each measurement."""
-    timed, delayed, unknown = waited(times)
+    timed, delayed, unknown = count_waits(times)
     share = delayed / (timed - unknown) if timed > unknown else math.nan
     return Load(share, share > UNDER_LOAD)
 
 
-def _known(value: float | None) -> bool:
+def _is_known(value: float | None) -> bool:
     return value is not None and not math.isnan(value)
 
 

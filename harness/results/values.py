@@ -85,7 +85,7 @@ def verify(db: sqlite3.Connection, table: str) -> None:
         for name in holds:
             ((fine, value),) = db.execute(f'SELECT {holds[name]}, "{name}" FROM {table} WHERE rowid = ?', wrong)
             if not fine:
-                raise Damaged(f"table {table}, row {wrong[0]}: {name} = {_shown(value)} is not allowed in this column")
+                raise Damaged(f"table {table}, row {wrong[0]}: {name} = {_show(value)} is not allowed in this column")
     for query, words in _TOGETHER.get(table, ()):
         ((row,),) = db.execute(query)
         if row is not None:
@@ -109,13 +109,13 @@ def _verify_numbers(db: sqlite3.Connection) -> None:
         try:
             found = json.loads(text)
         except (ValueError, RecursionError):
-            raise Damaged(f"table trials, row {row}: numbers = {_shown(text)} is not JSON") from None
+            raise Damaged(f"table trials, row {row}: numbers = {_show(text)} is not JSON") from None
         if not isinstance(found, dict):
-            raise Damaged(f"table trials, row {row}: numbers = {_shown(text)} is not an object")
+            raise Damaged(f"table trials, row {row}: numbers = {_show(text)} is not an object")
         for name, number in found.items():
             if not (isinstance(number, str) and _FRACTION.fullmatch(number)):
-                raise Damaged(f"table trials, row {row}: numbers: {_shown(name)} = {_shown(number)} is not a fraction")
+                raise Damaged(f"table trials, row {row}: numbers: {_show(name)} = {_show(number)} is not a fraction")
 
 
-def _shown(value: object) -> str:
+def _show(value: object) -> str:
     return visible(shortened(value))

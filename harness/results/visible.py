@@ -20,14 +20,14 @@ def visible(text: str, lines: bool = False) -> str:
     return _UNSEEN.sub(lambda found: found[0] if lines and found[0] in _LINES else ascii(found[0])[1:-1], text)
 
 
-def shown(text: str, lines: bool = False) -> str:
+def show(text: str, lines: bool = False) -> str:
     """The text from `visible`; under GitHub Actions it is also free of commands of a workflow."""
     text = visible(text, lines)
     commands = os.environ.get("GITHUB_ACTIONS") == "true"
     return _COMMANDS.sub(lambda found: f"\\x{ord(found[0]):x}", text) if commands else text
 
 
-def cut(text: str, most: int = 160) -> str:
+def shorten(text: str, most: int = 160) -> str:
     """A text of more than `most` characters shortened in its middle: the end of a path identifies it."""
     kept = most // 2 - 2
     return text if len(text) <= most else f"{text[:kept]}...{text[-kept:]}"

@@ -12,7 +12,7 @@ PYTHON_CALL = "one call of compiled equations from Python"
 CALLS, BLOCKS = 1000, 7
 
 
-def described() -> dict[str, str]:
+def describe() -> dict[str, str]:
     """{name: time of one call, in microseconds}, for the environment of a run.
 
     The call is one right-hand side of the simple pendulum as SciPy's solvers make it; its time is the minimum over

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TypeVar
 
-from gnomon.harness.contract.declared import declared
+from gnomon.harness.contract.declared import read_declared
 from gnomon.harness.contract.sources import digest
 from gnomon.harness.results.outstanding import SHARD, shard_text
 from gnomon.harness.running.plan import Series, Suite, launches
 
-COSTS: dict[str, dict[str, float]] = declared("running", "costs.toml")
+COSTS: dict[str, dict[str, float]] = read_declared("running", "costs.toml")
 LONG_LIMIT = 0.5
 """Time limit (s) from which a default variant runs at more settings, of which the last ones take longest."""
 OWN_START = 0.5
@@ -29,7 +29,7 @@ predicted. With more parts, more shards would compute one exact motion."""
 Item = TypeVar("Item")
 
 
-def predicted_seconds(series: Series, suite: Suite, near_duplicates: bool = True) -> float:
+def predict_seconds(series: Series, suite: Suite, near_duplicates: bool = True) -> float:
     """Predicted seconds of all launches of a series, from costs that do not depend on the machine."""
     if series.left_out is not None:
         return LEFT_OUT
@@ -72,7 +72,7 @@ def _kind(hard: bool, limit_seconds: float, turned: bool) -> str:
     return "turned" if turned else "long"
 
 
-def divided(items: Sequence[Item], seconds: Sequence[float], parts: int) -> list[list[Item]]:
+def divide(items: Sequence[Item], seconds: Sequence[float], parts: int) -> list[list[Item]]:
     """The items in `parts` consecutive parts of about equal cost, within the largest item of the mean.
 
     Consecutive series of one case need one exact motion, which few parts then compute.
@@ -90,8 +90,8 @@ def shard(series: Sequence[Series], suite: Suite, near_duplicates: bool = True) 
     place, count = suite.shard
     if count == 1:
         return list(series)
-    ordered, costs = _ordered(series, suite, near_duplicates)
-    return [one for piece in divided(ordered, costs, PIECES * count)[place - 1 :: count] for one in piece]
+    ordered, costs = _order_series(series, suite, near_duplicates)
+    return [one for piece in divide(ordered, costs, PIECES * count)[place - 1 :: count] for one in piece]
 
 
 def shard_named(series: Sequence[Series], suite: Suite, near_duplicates: bool = True) -> dict[str, str]:
@@ -99,12 +99,12 @@ def shard_named(series: Sequence[Series], suite: Suite, near_duplicates: bool = 
     place, count = suite.shard
     if count == 1:
         return {}
-    ordered, costs = _ordered(series, suite, near_duplicates)
+    ordered, costs = _order_series(series, suite, near_duplicates)
     plan = digest(f"{one.id} {cost!r}" for one, cost in zip(ordered, costs, strict=True))
     return {SHARD: shard_text(place, count, plan[:8])}
 
 
-def _ordered(series: Sequence[Series], suite: Suite, near_duplicates: bool) -> tuple[list[Series], list[float]]:
+def _order_series(series: Sequence[Series], suite: Suite, near_duplicates: bool) -> tuple[list[Series], list[float]]:
     """All series of a plan in the order in which it is divided, and their costs."""
     ordered = sorted(series, key=lambda one: one.id)
-    return ordered, [predicted_seconds(one, suite, near_duplicates) for one in ordered]
+    return ordered, [predict_seconds(one, suite, near_duplicates) for one in ordered]

@@ -10,7 +10,7 @@ from gnomon.harness.contract.status import Status
 from gnomon.harness.measuring.outcome import Outcome
 from gnomon.harness.measuring.reference_solution import CaseSpec, ReferenceSolution, reference_solutions
 from gnomon.harness.measuring.settings import sweep_settings
-from gnomon.harness.registry.lookup import users_own
+from gnomon.harness.registry.lookup import is_users_own
 from gnomon.harness.registry.references import start_method
 from gnomon.harness.running import plan
 from gnomon.harness.running.plan import Suite
@@ -56,7 +56,7 @@ def crashes(
 ) -> list[str]:
     """One text for each integrator of a user's own whose first trials all crash: id, case, last traceback."""
     series = []
-    for integrator in filter(users_own, integrators):
+    for integrator in filter(is_users_own, integrators):
         pairs = plan.pairs(chosen, [integrator], formulations=False)
         series += [one for one in pairs if one.left_out is None][:1]
     found = reference_solutions(list(dict.fromkeys(CaseSpec.of(one.case) for one in series)), lambda: None)

@@ -46,7 +46,7 @@ def first_seconds(integrator: Reference, spec: CaseSpec, setting: float, folder:
     return None
 
 
-def measured(reference: Reference, spec: CaseSpec, setting: float) -> float:
+def measure_first_use(reference: Reference, spec: CaseSpec, setting: float) -> float:
     """Seconds of the first use, in this process, without the waits of its main thread for a processor."""
     case, formulation = spec.build()
     start = initial_state(case, formulation)[None]
@@ -63,4 +63,4 @@ def _delay() -> int:
 
 if __name__ == "__main__":
     rely_on_guard()  # on the guard of the worker that measures it
-    print(measured(*pickle.load(sys.stdin.buffer)))
+    print(measure_first_use(*pickle.load(sys.stdin.buffer)))

@@ -8,7 +8,7 @@ import os
 import sys
 from pathlib import Path
 
-from gnomon.harness.measuring.reference_solution import CaseSpec, kept_entry, reference_solutions
+from gnomon.harness.measuring.reference_solution import CaseSpec, make_entry, reference_solutions
 from gnomon.harness.registry import selection
 from gnomon.harness.running import plan
 from gnomon.harness.stability.digits import every_variant
@@ -29,10 +29,10 @@ def specs() -> list[CaseSpec]:
 def write(path: Path) -> None:
     """Write the file. Raises ValueError if a case has no reference solution."""
     found = reference_solutions(specs(), lambda: None)
-    entries = dict(kept_entry(spec, solution) for spec, solution in found.items())
+    entries = dict(make_entry(spec, solution) for spec, solution in found.items())
     every = [case for case, _ in selection.choose(cases.names(), False) if case.hierarchy]
     workers = min(os.cpu_count() or 1, len(every))
-    for _, made in calls(model_hierarchy.kept_entry, every, workers):
+    for _, made in calls(model_hierarchy.make_entry, every, workers):
         key, entry = require(made)
         entries[key] = entry
     diskcache.write_pack(path, entries)

@@ -332,7 +332,7 @@ def with_events(equations: OwnEquations, events: Sequence[Callable[..., Any]], b
     for sign in signs:
         for k, (event, guard) in enumerate(zip(events, guards, strict=True)):
             target: Any = _mode((*sign[:k], -sign[k], *sign[k + 1 :]))
-            if most[k] and counts(event, -sign[k]):
+            if most[k] and is_counted(event, -sign[k]):
                 target = ENDED if most[k] == 1 else partial(occurred.next_mode, k, most[k], target)
             name = f"{k} {'up' if sign[k] < 0 else 'down'}"
             transitions.append(Transition(name, _mode(sign), guard, -sign[k], _same, target))
@@ -366,7 +366,7 @@ class Occurrences:
         return ENDED if self.so_far[event] >= most else mode
 
 
-def counts(event: Callable[..., Any], direction: float) -> bool:
+def is_counted(event: Callable[..., Any], direction: float) -> bool:
     """Whether an event is one if it crosses zero in this direction, in the course of the integration."""
     wanted = getattr(event, "direction", 0)
     return bool(wanted == 0 or wanted * direction > 0)

@@ -13,7 +13,7 @@ from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refu
 from gnomon.harness.contract.problem import first_taken
 from gnomon.harness.contract.validation import Unusable, short
 from gnomon.harness.integrators.base.fixed_step import FixedStep
-from gnomon.harness.kernels.compiling import shown
+from gnomon.harness.kernels.compiling import show
 from gnomon.harness.kernels.derived_forms import derive_forms, of_bodies
 from gnomon.harness.measuring.prepared import Prepared
 from gnomon.harness.running.call_watch import place
@@ -24,7 +24,7 @@ from gnomon.harness.running.own_functions import (
     CaseEquations,
     OwnEquations,
     at_rest,
-    counts,
+    is_counted,
     most_occurrences,
     with_events,
 )
@@ -289,7 +289,7 @@ class Motion:
             most = most_occurrences(event)
             for time, name in solution.events or ():
                 which, way = name.split()
-                if int(which) == number and counts(event, 1 if way == "up" else -1):
+                if int(which) == number and is_counted(event, 1 if way == "up" else -1):
                     found.t_events[number].append(float(clock.time(time)))
             if most and len(found.t_events[number]) >= most:
                 found.end = found.t_events[number][-1]
@@ -299,7 +299,7 @@ def _run(
     integrator: Integrator, problem: Problem, setting: float, start: Floats, own: OwnEquations | None
 ) -> tuple[Solution, int]:
     """The solution, and the number of right-hand sides, if they are counted."""
-    with shown(integrator.id):
+    with show(integrator.id):
         try:
             prepared = Prepared(integrator, problem, setting)
         except Exception as error:

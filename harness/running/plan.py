@@ -17,9 +17,9 @@ from gnomon.cases.core.numbers import nearest
 from gnomon.cases.core.scene import SceneForm
 from gnomon.harness.adapters.libraries import LIBRARIES
 from gnomon.harness.contract import sources
-from gnomon.harness.contract.declared import declared
+from gnomon.harness.contract.declared import read_declared
 from gnomon.harness.contract.integrator import Integrator, Problem
-from gnomon.harness.contract.problem import accepted_form, takes
+from gnomon.harness.contract.problem import find_accepted_form, takes
 from gnomon.harness.contract.status import Status
 from gnomon.harness.contract.validation import short
 from gnomon.harness.measuring.settings import Chosen, sweep_settings
@@ -39,7 +39,7 @@ NEAR_DUPLICATE = (
     "a suite takes this integrator on default settings only, once; name it to run it here",
 )
 """Status and reason of a near-duplicate method on a hard variant. Results files hold this text: it must not change."""
-_SPANS = declared("running", "timing_spans.toml")
+_SPANS = read_declared("running", "timing_spans.toml")
 TIMING_FACTORS: dict[str, int] = _SPANS["factors"]
 ENDS: tuple[str, ...] = tuple(_SPANS["ends"]["cases"])
 """Foundation cases whose motion ends, so that a longer span is useless for timing."""
@@ -110,7 +110,7 @@ class Suite:
     first_use: bool = False
     """Whether the first use of each integrator is timed, once, which takes some seconds each."""
     timing_spans: bool = False
-    """Whether default variants run over several spans too, for the time of one more period (see `lengthened`)."""
+    """Whether default variants run over several spans too, for the time of one more period (see `lengthen`)."""
     scatter_launches: int = 0
     """Launches of one setting of some series of each library, for the scatter between launches (see `order`);
     none where series are launched so often."""
@@ -209,7 +209,7 @@ class Suite:
         return max(found, self.engine_limit_seconds) if is_engine(integrator) else found
 
 
-def _made(name: str, rest: dict[str, Any] | None = None, **row: Any) -> Suite:
+def _make_suite(name: str, rest: dict[str, Any] | None = None, **row: Any) -> Suite:
     lists: dict[str, Any] = {
         key: tuple(row.pop(key, ()))
         for key in ("cases", "integrators", "hardest", "further", "for_stiff", "for_events")
@@ -218,12 +218,12 @@ def _made(name: str, rest: dict[str, Any] | None = None, **row: Any) -> Suite:
         named = {one.partition(":")[0] for one in lists["integrators"]}
         quick = (f"{one.name}:{name}" for one in LIBRARIES.values() for name in one.quick)
         lists["integrators"] += () if any(name in LIBRARIES for name in named) else tuple(quick)
-    return Suite(name, **lists, **row, rest=None if rest is None else _made("rest", **rest))
+    return Suite(name, **lists, **row, rest=None if rest is None else _make_suite("rest", **rest))
 
 
-STIFF = frozenset(declared("results", "advice/needs.toml")["stiff"]["decays"])
+STIFF = frozenset(read_declared("results", "advice/needs.toml")["stiff"]["decays"])
 """The variants, as case/variant, of which the report says what stiffness costs."""
-SUITES = {name: _made(name, **row) for name, row in declared("running", "suites.toml").items()}
+SUITES = {name: _make_suite(name, **row) for name, row in read_declared("running", "suites.toml").items()}
 FOUNDATION = SUITES["foundation"].cases
 """Cases that together have every form."""
 
@@ -275,7 +275,7 @@ class Series:
 
     @cached_property
     def form(self) -> Any:
-        return accepted_form(self.case, self.integrator.accepts, self.formulation)
+        return find_accepted_form(self.case, self.integrator.accepts, self.formulation)
 
     def trials(self, problem: Problem, machine: str | None = None, settings: Chosen | None = None) -> tuple[Trial, ...]:
         """The trials of the sweep, or of chosen `settings`, on `problem`; one without a setting if the pair is left out.
@@ -293,7 +293,7 @@ class Series:
         coding = (
             "" if self.formulation is None else sources.of_value((self.formulation.encode, self.formulation.decode))
         )
-        pickle, modules = references.pickled(self.integrator)
+        pickle, modules = references.pickle_integrator(self.integrator)
         return [
             self.case.name,
             self.variant,
@@ -373,10 +373,10 @@ def pairs(
         own: tuple[Formulation | None, ...] = (None, *others)
         for formulation in own:
             for integrator in integrators:
-                form = accepted_form(case, integrator.accepts, formulation)
+                form = find_accepted_form(case, integrator.accepts, formulation)
                 if formulation is not None and form is None:
                     continue  # the case's own formulation has the row for this pair
-                left_out = _left_out(case, integrator, form, absent[integrator])
+                left_out = _find_left_out(case, integrator, form, absent[integrator])
                 one = Series(case, formulation, integrator, left_out, label)
                 repeated = case.variant is not None or one.over_timing_span
                 wanted = near_duplicates or integrator.primary or integrator.id in even
@@ -386,7 +386,7 @@ def pairs(
     return found
 
 
-def lengthened(case: Case, factor: int) -> tuple[Case, str]:
+def lengthen(case: Case, factor: int) -> tuple[Case, str]:
     """The case over `factor` times its span, with the label of its series."""
     return case.rounded().with_span(case.rounded().span * factor).rounded(), f"{TIMING_SPAN}{factor}"
 
@@ -394,10 +394,10 @@ def lengthened(case: Case, factor: int) -> tuple[Case, str]:
 def with_timing_spans(chosen: Sequence[tuple[Case, str]], suite: Suite) -> list[tuple[Case, str]]:
     """The chosen cases, and a lengthened copy of each case of which the suite measures one more period."""
     wanted = [case for case, label in chosen if suite.timing_spans and not label and case.variant is None]
-    return [*chosen, *(lengthened(case, TIMING_FACTORS[case.name]) for case in wanted if case.name in TIMING_FACTORS)]
+    return [*chosen, *(lengthen(case, TIMING_FACTORS[case.name]) for case in wanted if case.name in TIMING_FACTORS)]
 
 
-def _left_out(case: Case, integrator: Integrator, form: Any, absent: str | None) -> tuple[Status, str] | None:
+def _find_left_out(case: Case, integrator: Integrator, form: Any, absent: str | None) -> tuple[Status, str] | None:
     if form is None:
         return Status.UNSUPPORTED, case.explain_form(" or ".join(kind.__name__ for kind in integrator.accepts))
     if absent is not None:

@@ -17,17 +17,17 @@ from gnomon.harness.kernels.compiling import cache_folder
 from gnomon.harness.measuring.reference_solution import (
     CaseSpec,
     ReferenceSolution,
-    kept_solution,
+    find_kept,
     reference_solutions,
 )
 from gnomon.harness.measuring.score import Scorer
 from gnomon.harness.registry import declaration, environment, lookup, references
 from gnomon.harness.registry.selection import DEFAULT
 from gnomon.harness.results.contenders import Names
-from gnomon.harness.results.number_text import counted, duration_text
+from gnomon.harness.results.number_text import count_text, duration_text
 from gnomon.harness.results.store import TO_REPEAT, Known, Store
 from gnomon.harness.running import order, plan, rounds
-from gnomon.harness.running.call_cost import described as python_calls
+from gnomon.harness.running.call_cost import describe as python_calls
 from gnomon.harness.running.cost import launch_seconds, run_seconds, shard, shard_named
 from gnomon.harness.running.plan import Repeat, Series, Suite, Trial
 from gnomon.harness.running.pool import PREPARE_SECONDS, Pool
@@ -145,7 +145,7 @@ def _verify_caches() -> None:
 def _in_two(series: Sequence[Series]) -> tuple[Sequence[Series], Sequence[Series]]:
     """The series whose exact motions are kept on disk, or if there are none of the first case; and the others."""
     specs = dict.fromkeys(CaseSpec.of(one.case, one.formulation) for one in series)
-    ready = {spec for spec in specs if kept_solution(spec) is not None} or {*list(specs)[:1]}
+    ready = {spec for spec in specs if find_kept(spec) is not None} or {*list(specs)[:1]}
     parts: tuple[list[Series], list[Series]] = [], []
     for one in series:
         parts[CaseSpec.of(one.case, one.formulation) not in ready].append(one)
@@ -163,7 +163,7 @@ def _reference_solutions(
     return known, {spec: exact for spec, exact in found.items() if isinstance(exact, str)}
 
 
-def _named(series: Series) -> Names:
+def _name_series(series: Series) -> Names:
     """A series as `Rounds.next` names it, which are in the own formulation of their cases."""
     variant = "" if series.variant == DEFAULT else series.variant
     return series.case.name, variant, series.integrator.id if series.formulation is None else ""
@@ -272,10 +272,10 @@ class PlannedRun:
         later = [one for one in self.later if one.left_out is None]
         pending += [(one.id, launch_seconds(one, self.suite, 1)) for one in later]
         text = f"predicted: {count + len(later)} series, "
-        text += f"{duration_text(run_seconds(pending, self.workers))} on {counted(self.workers, 'quiet core')}"
+        text += f"{duration_text(run_seconds(pending, self.workers))} on {count_text(self.workers, 'quiet core')}"
         if later:
             motions = len({CaseSpec.of(one.case, one.formulation) for one in later})
-            text += f" and the time of {counted(motions, 'exact motion')} that no earlier run has kept"
+            text += f" and the time of {count_text(motions, 'exact motion')} that no earlier run has kept"
         if self.further is not None:
             text += f"; then repeated launches where comparisons are open, until {self.further.minutes:g} min at most"
         self.progress.tell(text)
@@ -313,7 +313,7 @@ class PlannedRun:
             number, chosen = found
             launches = []
             for series, trials, scorer in self.work:
-                beside = tuple(trial for trial in trials if trial.setting in chosen.get(_named(series), ()))
+                beside = tuple(trial for trial in trials if trial.setting in chosen.get(_name_series(series), ()))
                 if beside:
                     launches.append(Launch(number, series, beside, scorer))
             yield from self._sweeps(launches, under_way, further.over)

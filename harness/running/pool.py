@@ -20,8 +20,8 @@ from gnomon.harness.running.worker import (
     MOST_PRINTED,
     Request,
     Task,
+    count_printed_bytes,
     outcome_of,
-    printed_bytes,
     serve,
     take_output,
 )
@@ -192,7 +192,7 @@ class Pool:
                 except Garbled as error:
                     self._fail(slot, Status.CRASHED, f"its process sent {error}")
         for slot in list(self._slots.values()):
-            if printed_bytes(slot.job.task.output) > MOST_PRINTED:
+            if count_printed_bytes(slot.job.task.output) > MOST_PRINTED:
                 self._fail(slot, Status.CRASHED, FLOODED)
 
     def _ended(self, slot: _Slot, end: Ended) -> None:

@@ -103,7 +103,7 @@ def _head(run: Run) -> dict[str, Any]:
                 " take a results file of one"
             )
     timed = run.frame[run.frame["seconds_median"].notna()]
-    count, delayed, _ = summary.waited(zip(timed["seconds_median"], timed["delay_seconds"], strict=True))
+    count, delayed, _ = summary.count_waits(zip(timed["seconds_median"], timed["delay_seconds"], strict=True))
     return {
         **{name: environments[-1].get(name) for name in ("revision", "sources", "machine", "cpu", "cores", "python")},
         "date": max(str(one["ended"] or one["started"]) for one in runs)[:10],
@@ -124,54 +124,54 @@ def _row(answer: Answer) -> dict[str, Any]:
         "why": answer.why,
         "tried": answer.tried,
         "systems": answer.systems,
-        "share_low": _rounded(answer.share[0]),
-        "share_high": _rounded(answer.share[1]),
+        "share_low": _round(answer.share[0]),
+        "share_high": _round(answer.share[1]),
         "launches": answer.launches,
     }
     names = ("seconds", "low", "high", "evaluations", "loosest", "tightest", "best_error")
-    row |= dict(_known({name: getattr(answer, name) for name in names}))
+    row |= dict(_find_known({name: getattr(answer, name) for name in names}))
     if answer.setting is not None:
         one = answer.setting
         row["setting"] = {
             "kind": one.kind,
             "value": one.value,
-            "relative": _rounded(one.relative),
+            "relative": _round(one.relative),
             "problem": f"{one.case}/{one.variant or 'default'}",
             "method": one.integrator,
-            **_named(one),
+            **_name_parameter(one),
         }
     if answer.reliable:
         first, *others = map(_reliable, answer.reliable)
         row["reliable"] = first | ({"others": others} if others else {})
     if answer.rests_on is not None:
         of = answer.rests_on
-        row["rests_on"] = {"spans": [_rounded(of.shortest), _rounded(of.longest)]}
-        row["rests_on"] |= dict(_known({name: getattr(of, name) for name in ("conditioning", "eccentricity")}))
+        row["rests_on"] = {"spans": [_round(of.shortest), _round(of.longest)]}
+        row["rests_on"] |= dict(_find_known({name: getattr(of, name) for name in ("conditioning", "eccentricity")}))
     if answer.better is not None:
         row["better"] = _row(answer.better) | {"among": answer.better.among, "how": answer.better.how}
     return row
 
 
 def _reliable(one: Reliable) -> dict[str, Any]:
-    value = {"relative": _floored(one.relative)} if one.kind == "step" else {"value": one.relative}
-    found = {"method": one.integrator, "kind": one.kind, **value, **_named(one)}
-    return found | {"systems": one.systems, "of": one.of, **dict(_known({"seconds": one.seconds}))}
+    value = {"relative": _floor_step(one.relative)} if one.kind == "step" else {"value": one.relative}
+    found = {"method": one.integrator, "kind": one.kind, **value, **_name_parameter(one)}
+    return found | {"systems": one.systems, "of": one.of, **dict(_find_known({"seconds": one.seconds}))}
 
 
-def _named(one: Setting | Reliable) -> dict[str, str]:
+def _name_parameter(one: Setting | Reliable) -> dict[str, str]:
     """The name of a parameter that is not a tolerance."""
     return {} if one.name == "rtol" else {"name": one.name}
 
 
-def _known(values: Mapping[str, float]) -> Iterator[tuple[str, float]]:
-    return ((name, _rounded(value)) for name, value in values.items() if math.isfinite(value))
+def _find_known(values: Mapping[str, float]) -> Iterator[tuple[str, float]]:
+    return ((name, _round(value)) for name, value in values.items() if math.isfinite(value))
 
 
-def _rounded(value: float) -> float:
+def _round(value: float) -> float:
     return float(f"{value:.{FIGURES}g}")
 
 
-def _floored(step: float) -> float:
+def _floor_step(step: float) -> float:
     """To FIGURES figures, and not above: a longer step would not be the one that was measured."""
     unit = 10.0 ** (math.floor(math.log10(step)) + 1 - FIGURES)
-    return _rounded(math.floor(step / unit * (1 + 1e-12)) * unit)
+    return _round(math.floor(step / unit * (1 + 1e-12)) * unit)

@@ -46,7 +46,7 @@ class Rounds:
         if self.over():
             return None
         times, scatter = contenders.times(self.rows())
-        series = contenders.undecided(times, scatter)
+        series = contenders.find_undecided(times, scatter)
         keys = [key for one in times if (one.case, one.variant, one.integrator_id) in series for key in one.times]
         launch = 1 + max((launch for _, launch in keys), default=LARGEST)
         if not series or launch > LARGEST:

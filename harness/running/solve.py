@@ -363,7 +363,7 @@ def _method(method: str | Integrator | type[Integrator], forms: Sequence[Form], 
     `lacking`: why they have no accelerations that depend on the positions alone.
     """
     if not isinstance(method, str):
-        found = lookup.made(method, getattr(method, "__name__", f"method={method!r}"))
+        found = lookup.make(method, getattr(method, "__name__", f"method={method!r}"))
     else:
         known = lookup.everything()
         suited = {name: one for name, one in known.items() if _takes(one, forms)}

@@ -46,8 +46,8 @@ def factor(name: str, integrators: Sequence[Integrator], folder: Path) -> int:
     suite = replace(plan.suite("foundation").within(LIMIT_SECONDS), launches=1, turned=False)
     found, tried = LEAST, list(integrators)
     while found <= LARGEST:
-        longer = plan.lengthened(cases.get(name), found)
-        if ended(longer[0]):
+        longer = plan.lengthen(cases.get(name), found)
+        if has_ended(longer[0]):
             raise ValueError(f"{name}: the motion ends within {found} spans, before the null call is a tenth of a call")
         path = run(folder / f"{name} x{found}", suite, [longer], tried)
         times = analysis.equal_error(analysis.tidy(store.load(path)).assign(variant=""))
@@ -59,7 +59,7 @@ def factor(name: str, integrators: Sequence[Integrator], folder: Path) -> int:
     raise ValueError(f"{name}: the null call is above a tenth of a contender's time on a span {LARGEST} times as long")
 
 
-def ended(case: Case) -> bool:
+def has_ended(case: Case) -> bool:
     """Whether the exact motion is at rest in the second half of its span."""
     states = case.sample(case.times)
     later = states[len(states) // 2 :]

@@ -26,7 +26,7 @@ from typing import Any, TypeVar
 import numpy as np
 from gnomon.harness.contract import validation
 from gnomon.harness.contract.integrator import Floats, Problem, Refused, Solver
-from gnomon.harness.contract.problem import accepted_form, groups_of, names_of
+from gnomon.harness.contract.problem import find_accepted_form, groups_of, names_of
 from gnomon.harness.contract.status import Status
 from gnomon.harness.contract.validation import Unusable
 from gnomon.harness.kernels.compiling import WATCHERS
@@ -34,7 +34,7 @@ from gnomon.harness.measuring import prepared
 from gnomon.harness.measuring.failures import status_of
 from gnomon.harness.measuring.null_call import null_call
 from gnomon.harness.measuring.outcome import Outcome
-from gnomon.harness.measuring.perturbed_starts import perturbed_states, probe_state
+from gnomon.harness.measuring.perturbed_starts import perturb_start, probe_state
 from gnomon.harness.measuring.prepared import Call, Prepared
 from gnomon.harness.measuring.reference_solution import CaseSpec
 from gnomon.harness.registry.references import Reference, dereference
@@ -232,11 +232,11 @@ class _Series:
         self.say = say
         self.integrator = dereference(task.integrator)
         self.case, self.formulation = task.spec.build()
-        self.form = accepted_form(self.case, self.integrator.accepts, self.formulation)
+        self.form = find_accepted_form(self.case, self.integrator.accepts, self.formulation)
         self.parameters = np.array([float(value) for value in self.case.parameter_values()])
         self.names = names_of(self.case, self.formulation)
-        self.perturbed: Iterator[Floats] = perturbed_states(self.case, self.formulation, task.sizes)
-        self.counting = perturbed_states(self.case, self.formulation, task.sizes, COUNTING_ULPS)
+        self.perturbed: Iterator[Floats] = perturb_start(self.case, self.formulation, task.sizes)
+        self.counting = perturb_start(self.case, self.formulation, task.sizes, COUNTING_ULPS)
         self.counting_starts: list[Floats] = []
         WATCHERS.append(self._compiling)
 
@@ -267,7 +267,7 @@ class _Series:
             validation.possible(rhs_calls, max(counted_seconds, scored.seconds), "right-hand sides")
             if others is not None and np.array_equal(scored.states, others) and np.all(np.isfinite(others)):
                 self._suspect(solver, scored.states)
-            if _did_nothing(scored, self.task, rhs_calls):
+            if _has_done_nothing(scored, self.task, rhs_calls):
                 raise Refused(scored.solution.stopped or validation.DID_NOT_MOVE)
             turned = self._turned(solver) if request.turned else None
             options = _options(solver.solver)
@@ -436,13 +436,13 @@ def _median(values: Iterable[float | None]) -> float | None:
     return float(np.median(known)) if known else None
 
 
-def _did_nothing(call: Call, task: Task, rhs_calls: int | None) -> bool:
+def _has_done_nothing(call: Call, task: Task, rhs_calls: int | None) -> bool:
     """Whether the call returned the initial state although the exact motion leaves it.
 
     At an equilibrium this counts only without a right-hand side and without a step.
     """
     worked = not task.moves and bool(rhs_calls or call.solution.steps)
-    return not worked and validation.still(call.states[np.newaxis], task.start[np.newaxis])
+    return not worked and validation.is_still(call.states[np.newaxis], task.start[np.newaxis])
 
 
 def _options(solver: Solver) -> dict[str, str]:
@@ -469,7 +469,7 @@ def _read_output(path: str) -> str:
     return take_output(path)
 
 
-def printed_bytes(path: str) -> int:
+def count_printed_bytes(path: str) -> int:
     """Size of an output file; 0 if an integrator removed it."""
     with contextlib.suppress(OSError):
         return os.stat(path).st_size
@@ -481,7 +481,7 @@ def limit_output(path: str) -> None:
 
     Raises Unusable if one call printed too much.
     """
-    printed = printed_bytes(path)
+    printed = count_printed_bytes(path)
     if printed > MOST_PRINTED:
         raise Unusable(FLOODED)
     if printed > _LONG_OUTPUT:

@@ -126,10 +126,10 @@ def tree_of(case: Case) -> Tree:
     links: dict[str, Link] = {}
     bodies, first = {body.name: body for body in scene.bodies}, {body.name: body for body in at_zero.bodies}
     for joint in _parents_first(scene):
-        links[joint.body] = _jointed(bodies[joint.body], joint, links)
+        links[joint.body] = _add_joint(bodies[joint.body], joint, links)
     for name, body in bodies.items():
         if name not in links:
-            links[name] = _pivoted(body, first[name]) if form.needs & PIVOTED else _free(body)
+            links[name] = _add_pivot(body, first[name]) if form.needs & PIVOTED else _free(body)
     renamed = tuple(
         replace(link, name=word(link.name), joint_name=word(link.joint_name), parent=word(link.parent))
         for link in links.values()
@@ -158,7 +158,7 @@ def _parents_first(scene: Scene) -> list[Hinge | Slider]:
     return found
 
 
-def _jointed(body: Body, joint: Hinge | Slider, links: Mapping[str, Link]) -> Link:
+def _add_joint(body: Body, joint: Hinge | Slider, links: Mapping[str, Link]) -> Link:
     parent, place = joint.parent, joint.anchor
     if body.quaternion != IDENTITY:
         raise ValueError(f"{body.name}: on joint {joint.name} its axes are not parallel to space at coordinate zero")
@@ -172,10 +172,10 @@ def _jointed(body: Body, joint: Hinge | Slider, links: Mapping[str, Link]) -> Li
     )
     link = replace(link, axis=joint.axis, coordinate=joint.angle, rate=joint.rate)
     lever = cross(joint.axis, joint.arm)
-    return _with_least(link, lever) if parent else _halved(link, lever)
+    return _with_least(link, lever) if parent else _halve_arm(link, lever)
 
 
-def _pivoted(body: Body, at_zero: Body) -> Link:
+def _add_pivot(body: Body, at_zero: Body) -> Link:
     """A body on a ball joint in the origin. A point mass has its axes in space at the start."""
     link = Link(body.name, "ball", f"{body.name} joint", body.mass, body.inertia, attitude=body.quaternion)
     link = replace(link, velocity=body.velocity, spin=body.angular_velocity)
@@ -185,7 +185,7 @@ def _pivoted(body: Body, at_zero: Body) -> Link:
         return replace(link, centre=arm, point=arm)
     x = body.position
     spin = along(ORIGIN, cross(x, body.velocity), 1 / dot(x, x))
-    return _halved(replace(link, centre=x, point=x, spin=spin), x)
+    return _halve_arm(replace(link, centre=x, point=x, spin=spin), x)
 
 
 def _free(body: Body) -> Link:
@@ -194,7 +194,7 @@ def _free(body: Body) -> Link:
     return _without_turning(replace(shape, velocity=body.velocity, spin=body.angular_velocity))
 
 
-def _halved(link: Link, lever: Vector) -> Link:
+def _halve_arm(link: Link, lever: Vector) -> Link:
     """Twice the mass at half the arm, and the moment m L^2/2 about its centre in every direction; L is the lever.
 
     Equal to the point mass in what moves it: first moment 2m r/2, and moment about the pivot 2m (L/2)^2 + m L^2/2 = m L^2. On

@@ -32,7 +32,7 @@ class Written:
     use: str
 
 
-def unstated(needs: Iterable[str], form: str) -> list[str]:
+def list_unstated(needs: Iterable[str], form: str) -> list[str]:
     """The tokens of a scene that a file of this format cannot state."""
     return sorted(set(needs) - (STATED - FORMATS[form].LACKS))
 
@@ -47,7 +47,7 @@ def write(case: Case, form: str, folder: Path) -> Written:
         raise ValueError(
             f"{case.id} has no scene; gnomon scene --list --format {form} lists those that {form} can state"
         )
-    if lacking := unstated(case.scene.needs, form):
+    if lacking := list_unstated(case.scene.needs, form):
         named = ", ".join(f"{token} ({TOKENS[token]})" for token in lacking)
         raise ValueError(
             f"{case.id}: no {form} file can state {named}; gnomon scene --list --format {form} lists the scenes that it can"
@@ -61,10 +61,10 @@ def write(case: Case, form: str, folder: Path) -> Written:
     for path, text in ((scene, files[scene.name]), (table, files[table.name]), (described, manifest)):
         diskcache.replace(path, text.encode())
     use = language.USE.format(file=scene.name)
-    return Written(scene, table, described, (*language.missing(tree),), replaced(tree), use)
+    return Written(scene, table, described, (*language.missing(tree),), describe_replaced(tree), use)
 
 
-def replaced(tree: Tree) -> tuple[str, ...]:
+def describe_replaced(tree: Tree) -> tuple[str, ...]:
     """How bodies of the file differ from the point masses of the scene."""
     return tuple(link.replaced for link in tree.links if link.replaced)
 
@@ -100,7 +100,7 @@ def _manifest(case: Case, tree: Tree, form: str, files: dict[str, str]) -> dict[
             for touch in tree.touches
         ],
         "missing": FORMATS[form].missing(tree),
-        "replaced": replaced(tree),
+        "replaced": describe_replaced(tree),
         "accuracy": "each value of `state` is within 0.51 ulp of the exact motion; readings follow from it in binary64",
     }
 

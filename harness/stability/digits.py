@@ -109,7 +109,7 @@ def _medians(known: Mapping[str, tuple[float, float]]) -> tuple[float, float]:
     return least, most
 
 
-def levelled(rows: Mapping[str, Any]) -> dict[str, float]:
+def find_levelled(rows: Mapping[str, Any]) -> dict[str, float]:
     """The digits lost, by variant, if the sweep has levelled off."""
     return {name: most for name, (_, most) in bounds(rows).items() if rows[name].get("levelled")}
 
@@ -142,7 +142,7 @@ def marks(data: Mapping[str, Any]) -> list[Mark]:
     failed = sum(math.isinf(most) for _, most in known.values())
     if known:
         low, high = _medians(known)
-        text = f"{failed} of {len(known)} variants failed, {len(levelled(rows))} sweeps level off;"
+        text = f"{failed} of {len(known)} variants failed, {len(find_levelled(rows))} sweeps level off;"
         text += (
             f" in the median {low:.1f} digits are lost" if low == high else f" in the median {low:.1f} to {high:.1f}"
         )
@@ -176,7 +176,7 @@ def digits(integrator: Integrator, seconds: float) -> dict[str, Any]:
         budget.extend(before - budget.left)  # the reference solution is kept: its time is not the method's
         share = max(budget.left, 0.1 * seconds) / left
         if trials.settings:  # empty if fixed steps over a long span take too much time
-            rows[f"{name}/{variant}"] = lost(trials, share) | {"stresses": _stresses(name, variant)}
+            rows[f"{name}/{variant}"] = count_lost(trials, share) | {"stresses": _stresses(name, variant)}
     return {"variants": rows, "of": len(known), "target": TARGET}
 
 
@@ -205,11 +205,11 @@ def _stresses(name: str, variant: str) -> str:
     return next(each.stresses for each in get(name).variants if each.name == variant)
 
 
-def lost(trials: Trials, seconds: float) -> dict[str, Any]:
+def count_lost(trials: Trials, seconds: float) -> dict[str, Any]:
     """The digits lost at the setting with the smallest error; cheap settings are solved first, while time is left.
 
     The row has the numbers of `settings` solved and `of` all. `lost` is an upper bound if the sweep is not `complete`
-    or not `levelled`, and None if no setting is accurate; `failed` then says why.
+    or not `find_levelled`, and None if no setting is accurate; `failed` then says why.
     """
     conditioning, settings = trials.conditioning(), trials.settings
     answers: list[Answer] = []

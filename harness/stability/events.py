@@ -70,7 +70,7 @@ def upper_guard(t: Any, state: Values, parameters: Values) -> Values:
     return (state[0] - parameters[1],)
 
 
-def unchanged(t: Any, state: Values, parameters: Values) -> Values:
+def keep_state(t: Any, state: Values, parameters: Values) -> Values:
     return state
 
 
@@ -98,7 +98,7 @@ def problem_of(passage: Passage, size: float) -> Problem:
     modes = ("below", "beyond") if len(levels) == 1 else ("below", "between", "beyond")
     guards = (lower_guard, upper_guard)
     transitions = tuple(
-        Transition(f"guard {k + 1}", modes[k], guards[k], 1, unchanged, modes[k + 1]) for k in range(len(levels))
+        Transition(f"guard {k + 1}", modes[k], guards[k], 1, keep_state, modes[k + 1]) for k in range(len(levels))
     )
     form = Hybrid(
         modes=tuple(Mode(name, passage.equations) for name in modes),
@@ -197,13 +197,15 @@ def events(integrator: Integrator, seconds: float) -> dict[str, Any]:
     """
     settings = settings_of(integrator)
     count = sum(len(passage.sizes) for passage in PASSAGES) * len(settings)
-    passed(integrator, PASSAGES[0], DEPTHS[0], settings[-1], 0.0)  # compiles
-    each = processor_seconds(partial(passed, integrator, PASSAGES[0], DEPTHS[0], settings[-1], 0.0))
+    measure_passage(integrator, PASSAGES[0], DEPTHS[0], settings[-1], 0.0)  # compiles
+    each = processor_seconds(partial(measure_passage, integrator, PASSAGES[0], DEPTHS[0], settings[-1], 0.0))
     skipped = 2 if each * count > SLOW * seconds else 1
     found: dict[str, Any] = {}
     for passage in PASSAGES:
         rows = [(setting, size) for setting in settings for size in passage.sizes[::skipped]]
-        found[passage.name] = [passed(integrator, passage, size, setting, seconds / count) for setting, size in rows]
+        found[passage.name] = [
+            measure_passage(integrator, passage, size, setting, seconds / count) for setting, size in rows
+        ]
     return found | {"zeno": [_zeno(integrator, setting) for setting in settings]}
 
 
@@ -216,7 +218,9 @@ def settings_of(integrator: Integrator) -> list[float]:
     return found or [sweep.loosest, sweep.tightest]
 
 
-def passed(integrator: Integrator, passage: Passage, size: float, setting: float, seconds: float) -> dict[str, Any]:
+def measure_passage(
+    integrator: Integrator, passage: Passage, size: float, setting: float, seconds: float
+) -> dict[str, Any]:
     """The row of a passage at one size and setting.
 
     `found`: the number of starts whose events were all located in sequence, with a 95 % interval of the share (Clopper
@@ -234,7 +238,7 @@ def passed(integrator: Integrator, passage: Passage, size: float, setting: float
         for phase in PHASES:
             if len(scores) >= FEWEST and budget.left <= 0:
                 break
-            scores.append(_score(_located(solver, passage.start(phase)), passage.times(phase, size)))
+            scores.append(_score(_locate(solver, passage.start(phase)), passage.times(phase, size)))
             if len(scores) == 1:
                 budget = Budget(seconds)  # the first solution may have compiled
     missed, extra, late = np.array(scores).T
@@ -254,7 +258,7 @@ def share(count: int, of: int, confidence: float = 0.95) -> tuple[float, float]:
     return low, 1.0 if count == of else float(betaincinv(count + 1, of - count, 1 - tail))
 
 
-def _located(solver: Prepared, start: Values) -> tuple[tuple[float, str], ...]:
+def _locate(solver: Prepared, start: Values) -> tuple[tuple[float, str], ...]:
     found = solver(np.array([start], dtype=np.float64))
     if found.events is None:
         raise Refused("it reports no events")

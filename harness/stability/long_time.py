@@ -14,7 +14,7 @@ from gnomon.cases.core.registry import get
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Steps, Tolerance
 from gnomon.harness.contract.problem import takes
 from gnomon.harness.contract.status import Status
-from gnomon.harness.measuring.solved import solved
+from gnomon.harness.measuring.solved import solve_within
 from gnomon.harness.results.convergence_order import mean_and_half
 from gnomon.harness.stability.panel import Column, Mark, panel
 from gnomon.harness.stability.subjects import Budget, multiples, processor_seconds, smooth_reason
@@ -24,8 +24,8 @@ from gnomon.harness.studies.growth import (
 from gnomon.harness.studies.growth import (
     LAWS,
     Subject,
-    fitted,
-    named,
+    fit_powers,
+    name_law,
     period_of,
     relative_drift,
     trajectories,
@@ -101,14 +101,14 @@ def sentences(data: Mapping[str, Any]) -> list[str]:
 def _on_invariant(linear: Mapping[str, Any]) -> list[str]:
     if linear.get("drift_ulp") is None or "half_step" not in linear:
         return []
-    if truncated(linear):
+    if is_truncation(linear):
         return [f"Truncation, not round-off, changes its own invariant of the oscillator: by {linear['bias_ulp_a_step']:.3g}"
                 f" ulp a step of h w = {linear['step']:.4g}."]  # fmt: skip
     law, drift = _law({**linear, "class": linear["law"]}), f"{linear['drift_ulp']:.3g} ulp"
     return [f"Round-off changes its own invariant of the oscillator by {drift} in {linear['steps']} steps: {law}."]
 
 
-def truncated(linear: Mapping[str, Any]) -> bool:
+def is_truncation(linear: Mapping[str, Any]) -> bool:
     """Whether a bias of the invariant falls with the step, as for truncation but not for round-off."""
     half = linear["half_step"]
     return half is not None and abs(half) < FALLS * abs(linear["bias_ulp_a_step"])
@@ -145,7 +145,7 @@ def marks(data: Mapping[str, Any]) -> list[Mark]:
         if column == "usual" and position.get("power") is not None:
             found.append(Mark("position", position["power"], position["low"], position["high"], _law(position)))
     linear = data.get("oscillator") or {}
-    if linear.get("drift_ulp") is not None and "half_step" in linear and not truncated(linear):
+    if linear.get("drift_ulp") is not None and "half_step" in linear and not is_truncation(linear):
         text = f"{linear['drift_ulp']:.3g} ulp in {linear['steps']} steps: {linear['law']}"
         found.append(Mark("drift", linear["drift_ulp"], text=text))
     return found
@@ -217,7 +217,7 @@ def run(integrator: Integrator, case: Case, subject: Subject, seconds: float) ->
         found, stopped = first, f"{longer.periods:.0f} periods: {reason}"
     times, start, states, steps = found
     counted = times / period_of(case)
-    energy = grown(counted, relative_drift(case, start, states))
+    energy = fit_growth(counted, relative_drift(case, start, states))
     return {
         "periods": float(counted[-1]),
         "starts": len(start),
@@ -234,7 +234,7 @@ def longer_subject(subject: Subject, periods: float) -> Subject:
     return replace(subject, periods=periods, samples=samples)
 
 
-def grown(times: Floats, errors: Floats) -> dict[str, Any]:
+def fit_growth(times: Floats, errors: Floats) -> dict[str, Any]:
     """The power of time of errors (starts, times) with its 95 % interval over the starts (Student's t), and its class.
 
     `size`: the median over starts of the root mean square of the last samples. The class is "lost" if the size is above
@@ -246,12 +246,12 @@ def grown(times: Floats, errors: Floats) -> dict[str, Any]:
     nothing = {"size": size, "power": None, "low": None, "high": None}
     if not size <= LOST:
         return nothing | {"class": "lost"}
-    powers = fitted(times, errors)
+    powers = fit_powers(times, errors)
     if len(powers) < 2:
         return nothing | {"class": "no error" if size == 0 else "undecided"}
     power, half = mean_and_half(powers)
     low, high = power - half, power + half
-    return {"size": size, "power": power, "low": low, "high": high, "class": named(low, high)}
+    return {"size": size, "power": power, "low": low, "high": high, "class": name_law(low, high)}
 
 
 def brouwer(row: Mapping[str, Any]) -> str:
@@ -297,9 +297,9 @@ def _position(case: Case, times: Floats, start: Floats, states: Floats) -> dict[
         return {"class": "no exact motion", "lost_after": None}
     lost = np.flatnonzero(~(np.median(errors, axis=0) <= LOST))
     if not len(lost):
-        return grown(periods, errors) | {"lost_after": None}
+        return fit_growth(periods, errors) | {"lost_after": None}
     known = slice(0, max(1, lost[0]))  # later the distance is as large as between any two states of the motion
-    return grown(periods[known], errors[:, known]) | {"lost_after": float(periods[lost[0]])}
+    return fit_growth(periods[known], errors[:, known]) | {"lost_after": float(periods[lost[0]])}
 
 
 def spring(t: Any, q: Values, parameters: Values) -> Values:
@@ -317,16 +317,16 @@ def oscillator(integrator: Integrator, seconds: float, starts: int) -> dict[str,
     form = next(f for f in (own, first_order(own)) if isinstance(f, integrator.accepts))
     angles = 0.3 + np.arange(starts)
     start = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
-    near = _solved(integrator, form, start, FIT, 1)
+    near = _solve(integrator, form, start, FIT, 1)
     if invariant(near)[1] > KEPT:
         change = principal(near)
         return {"step": STEP, "steps": FIT, "starts": starts, "drift_ulp": None, "energy_change_a_step": change}
     samples = 512
-    each = processor_seconds(lambda: _solved(integrator, form, start, samples, 4)) / (4 * samples)
+    each = processor_seconds(lambda: _solve(integrator, form, start, samples, 4)) / (4 * samples)
     substeps = 2 ** int(math.log2(min(STEPS / samples, max(4.0, seconds / each / samples))))
     steps = substeps * samples
     drift = _drift(integrator, form, start, samples, substeps, STEP)
-    row = grown(multiples(samples, float(substeps)), np.abs(drift))
+    row = fit_growth(multiples(samples, float(substeps)), np.abs(drift))
     bias, error = _bias(drift, steps)
     half = None
     if abs(bias) > BIASED * error:
@@ -340,8 +340,8 @@ def oscillator(integrator: Integrator, seconds: float, starts: int) -> dict[str,
 
 def _drift(integrator: Integrator, form: Any, start: Floats, samples: int, substeps: int, step: float) -> Floats:
     """The change (starts, samples) of the invariant fitted to the first steps, relative to its value at the start."""
-    form_of_invariant, _ = invariant(_solved(integrator, form, start, FIT, 1, step))
-    states = _solved(integrator, form, start, samples, substeps, step)
+    form_of_invariant, _ = invariant(_solve(integrator, form, start, FIT, 1, step))
+    states = _solve(integrator, form, start, samples, substeps, step)
     found = _values(form_of_invariant, states) / _values(form_of_invariant, start[:, None]) - 1
     return np.asarray(found, dtype=np.float64)
 
@@ -366,12 +366,10 @@ def principal(states: Floats) -> float:
     return math.expm1(math.log(float(found[1])) / APART)
 
 
-def _solved(
-    integrator: Integrator, form: Any, start: Floats, samples: int, substeps: int, step: float = STEP
-) -> Floats:
+def _solve(integrator: Integrator, form: Any, start: Floats, samples: int, substeps: int, step: float = STEP) -> Floats:
     """States (starts, samples, 2) with `substeps` steps a sample. Raises Refused if the method stops."""
     problem = Problem(form, 2, np.array([]), multiples(samples, step * substeps), 1.0)
-    states = solved(integrator, problem, step, start, moves=True).whole.states
+    states = solve_within(integrator, problem, step, start, moves=True).whole.states
     if not np.all(np.isfinite(states)):
         raise Refused("states on the oscillator are not finite")
     return states

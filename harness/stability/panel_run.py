@@ -84,7 +84,7 @@ class PanelsJob(Job):
         self.add(Row(self.integrator.id, self.pending.pop(0), 0.0, data, [], sources=environment.sources()))
 
 
-def chosen_panels(names: Sequence[str] | None) -> dict[str, Panel]:
+def choose_panels(names: Sequence[str] | None) -> dict[str, Panel]:
     """The panels of these names, or all panels without names. Raises ValueError for an unknown name."""
     known = panels()
     for name in names or ():
@@ -100,7 +100,7 @@ def seconds_of(depth: str) -> float:
     return DEPTHS[depth]
 
 
-def measured(
+def measure_panels(
     integrators: Sequence[Integrator],
     names: Sequence[str] | None = None,
     depth: str = "normal",
@@ -113,7 +113,7 @@ def measured(
     Raises ValueError for a wrong name or depth.
     """
     need_fork()
-    chosen = chosen_panels(names)
+    chosen = choose_panels(names)
     seconds = seconds_of(depth)
     rows = list(former)
     done = {(row.integrator, row.panel) for row in former}
@@ -135,7 +135,7 @@ def measured(
     return sorted(rows, key=lambda row: (places[row.panel], order.index(row.integrator)))
 
 
-def kept(path: Path, depth: str, again: Set[tuple[str, str]] | None = None) -> list[Row]:
+def keep_rows(path: Path, depth: str, again: Set[tuple[str, str]] | None = None) -> list[Row]:
     """The rows of a file from `write` that still hold, of integrators that come with gnomon, with new sentences.
 
     With `again`, pairs of integrator and panel, rows of any revision hold, except for these pairs: their rows hold only
@@ -179,7 +179,7 @@ def write(rows: Sequence[Row], depth: str, path: Path) -> None:
 def as_json(rows: Sequence[Row], depth: str) -> str:
     """The rows as JSON, with the version of its schema, the revision of gnomon and the machine."""
     titles = {name: panel.title for name, panel in panels().items() if any(row.panel == name for row in rows)}
-    whole = {"schema": SCHEMA, "depth": depth, "panel_seconds": DEPTHS[depth], "environment": environment.recorded()}
+    whole = {"schema": SCHEMA, "depth": depth, "panel_seconds": DEPTHS[depth], "environment": environment.record()}
     figures = {
         name: {"cells": panel.cells, "columns": [asdict(column) for column in panel.columns]}
         for name, panel in panels().items()

@@ -18,7 +18,7 @@ from gnomon.harness.contract.status import Status
 from gnomon.harness.measuring.trials import Answer, Trials
 from gnomon.harness.stability.panel import Column, Mark, panel
 from gnomon.harness.stability.subjects import Budget, smooth_reason, subjects
-from gnomon.harness.studies.related_motions import Related, holds, later, related, returned
+from gnomon.harness.studies.related_motions import Related, holds, later, measure_return, relate
 
 SUBJECTS = ("two_body", "kepler_orbit", "pendulum_simple")
 TOLERANCE, STEPS_IN_INTERVAL = 1e-8, 64
@@ -118,8 +118,8 @@ def relations(integrator: Integrator, seconds: float) -> dict[str, Any]:
         raise Refused(f"no plain solution of {trials.case.name} at {trials.named(setting)}: {plain.why}")
     budget = Budget(seconds)
     rows: dict[str, Any] = {}
-    for name, other in related_problems(trials, setting).items():
-        rows[name] = compared(trials, plain, other) if budget.left > -seconds else {"found": "out of time"}
+    for name, other in list_related(trials, setting).items():
+        rows[name] = compare_solutions(trials, plain, other) if budget.left > -seconds else {"found": "out of time"}
     found = {"case": trials.case.name, "setting": setting, "error": plain.error, "round_off": plain.roundoff}
     return found | {"relations": rows, "returned": reversal(trials, setting)}
 
@@ -132,7 +132,7 @@ def usual(trials: Trials) -> float:
     return max(sweep.tightest, min(sweep.loosest, TOLERANCE))
 
 
-def compared(trials: Trials, plain: Answer, other: Related) -> dict[str, Any]:
+def compare_solutions(trials: Trials, plain: Answer, other: Related) -> dict[str, Any]:
     """The related solution beside the plain one: largest difference, error, factor of the error, and verdict."""
     assert plain.states is not None
     found = trials.outcome(other.problem, other.setting, other.start)
@@ -155,14 +155,14 @@ def reversal(trials: Trials, setting: float) -> dict[str, Any] | None:
     """The distance from the start after the motion goes forward and comes back, and the distance that rounding allows."""
     if trials.case.hybrid is not None or isinstance(trials.form, SceneForm):
         return None
-    apart = returned(trials, trials.counting, setting)
+    apart = measure_return(trials, trials.counting, setting)
     if apart is None:
         return None
     allowed = 2 * trials.whole(setting).roundoff  # the way back undoes the growth of earlier roundings
     return {"apart": apart, "round_off": apart <= allowed, "allowed": allowed}
 
 
-def related_problems(trials: Trials, setting: float) -> dict[str, Related]:
+def list_related(trials: Trials, setting: float) -> dict[str, Related]:
     """The related problems that the case and the integrator have, by name."""
     case, shifted = trials.case, later(trials.counting)
     if case.hybrid is not None:
@@ -176,7 +176,7 @@ def related_problems(trials: Trials, setting: float) -> dict[str, Related]:
         if (one := in_units(case, *units)) is not None and {*one.factors.values()} != {1.0} and holds(trials, one)
     }
     maps |= {"mirrored": mirrored(case)} | (AXES if case.name == "two_body" else {}) | {"permuted": permuted(case)}
-    found = {name: related(trials, trials.counting, setting, one) for name, one in maps.items() if one is not None}
+    found = {name: relate(trials, trials.counting, setting, one) for name, one in maps.items() if one is not None}
     turning = TWO_BODY if case.name == "two_body" else case.turning
     if turning is not None:
         rotation = turning.rotation(1)

@@ -23,10 +23,10 @@ from gnomon.cases.core.arithmetic import rebind
 from gnomon.cases.core.forms import FirstOrder, SecondOrder, Values, first_order
 from gnomon.cases.core.registry import get
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused
-from gnomon.harness.contract.problem import accepted_form, first_taken, initial_state, problem_of
+from gnomon.harness.contract.problem import find_accepted_form, first_taken, initial_state, problem_of
 from gnomon.harness.measuring.reference_solution import CaseSpec, reference_solution
 from gnomon.harness.measuring.score import NUMPY
-from gnomon.harness.measuring.solved import solved
+from gnomon.harness.measuring.solved import solve_within
 from gnomon.harness.stability.linear import first_limit, scan, several_steps, steps_reason
 from gnomon.harness.stability.linear_problems import problem_for
 from gnomon.harness.stability.panel import Column, Mark, panel
@@ -151,7 +151,7 @@ def resonance(integrator: Integrator, seconds: float) -> dict[str, Any]:
     limit = first_limit(scan(step, 1j, cost / (STEPS_A_SAMPLE * SAMPLES), seconds / 8))
     if problem.alone or several_steps(step, 1j, limit)[0]:
         raise Refused("a step of it is no matrix: it uses earlier steps")
-    predictions = predicted(step)
+    predictions = predict(step)
     count = next((n for n in POINTS if n * cost * max(len(predictions), 1) < seconds / 2), POINTS[-1])
     limits = []
     if 0 < limit < math.inf:
@@ -191,7 +191,7 @@ def scan_of_escapes(integrator: Integrator, limit: float, cost: float, seconds: 
     return {"to": to, "spacing": x[1] - x[0], "escapes": runs(x, np.any(np.isinf(growth(integrator, x)), axis=0))}
 
 
-def predicted(step: StepMatrix) -> list[tuple[int, float]]:
+def predict(step: StepMatrix) -> list[tuple[int, float]]:
     """(order q, h w) at which a step turns an undamped phase by 2 pi/q, by increasing h w."""
     x = np.arange(0.02, UP_TO, 0.02)
     cosine, size = step.turning(x)
@@ -226,7 +226,7 @@ def positions(integrator: Integrator, x: Floats, steps: int) -> Floats:
     assert form is not None
     zero, one = np.zeros(len(x)), np.ones(len(x))
     starts = np.concatenate([np.column_stack([size * one, x**2, zero, zero]) for size in AMPLITUDES])
-    return solved(integrator, Problem(form, 4, np.zeros(0), times, 1.0), 1.0, starts).states[:, :, 0]
+    return solve_within(integrator, Problem(form, 4, np.zeros(0), times, 1.0), 1.0, starts).states[:, :, 0]
 
 
 def runs(x: Floats, flags: Flags) -> list[list[float]]:
@@ -247,11 +247,11 @@ def nonlinear_limit(
 ) -> dict[str, Any] | None:
     """The first step, from a quarter of the predicted one up, at which a case fails within 2048 steps.
 
-    None if the integrator accepts no form of the case. `trial`: for a linear case, see `tried_below`; None without time
+    None if the integrator accepts no form of the case. `trial`: for a linear case, see `try_below`; None without time
     for it.
     """
     case = get(name).rounded()
-    if accepted_form(case, integrator.accepts) is None:
+    if find_accepted_form(case, integrator.accepts) is None:
         return None
     reference = reference_solution(CaseSpec.of(case))
     at = limit / fastest(case, reference.exact)
@@ -264,7 +264,7 @@ def nonlinear_limit(
     while found is None and tried <= high:
         h = tried * at
         problem = replace(whole, times=multiples(SAMPLES, STEPS_A_SAMPLE * h))
-        states = solved(integrator, problem, h, start).states[0]
+        states = solve_within(integrator, problem, h, start).states[0]
         away = np.max(np.abs(states - start) / reference.sizes)
         if not away < FAILED:
             found = tried
@@ -272,11 +272,11 @@ def nonlinear_limit(
     return {
         "case": case.id, "linear": linear, "predicted": at, "ratio": found, "ratio_step": ratio,
         "fails_at": None if found is None else found * at, "scanned_to": high,
-        "trial": tried_below(integrator, case, at, AFFORDED * seconds) if linear and affordable else None,
+        "trial": try_below(integrator, case, at, AFFORDED * seconds) if linear and affordable else None,
     }  # fmt: skip
 
 
-def tried_below(integrator: Integrator, case: Case, limit: float, seconds: float) -> dict[str, Any]:
+def try_below(integrator: Integrator, case: Case, limit: float, seconds: float) -> dict[str, Any]:
     """Search steps for growth of a case: `up_to`, the largest one of three digits below a limit, and random ones below
     it.
 
@@ -299,7 +299,7 @@ def tried_below(integrator: Integrator, case: Case, limit: float, seconds: float
 def grows(integrator: Integrator, case: Case, h: float) -> bool:
     """Whether the motion of a case grows from the first to the second half of `TRIAL_STEPS` steps."""
     problem = replace(problem_of(case, integrator.accepts), times=multiples(SAMPLES, TRIAL_STEPS // SAMPLES * h))
-    states = solved(integrator, problem, h, initial_state(case)[None]).states[0]
+    states = solve_within(integrator, problem, h, initial_state(case)[None]).states[0]
     first, second = (float(np.max(np.abs(half))) for half in np.split(states, 2))
     return not second <= GROWS * first  # nan too
 

@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem
-from gnomon.harness.measuring.solved import solved
+from gnomon.harness.measuring.solved import solve_within
 from gnomon.harness.stability.linear_problems import Complex, LinearProblem
 from gnomon.harness.stability.subjects import multiples, processor_seconds
 from numpy.typing import NDArray
@@ -48,7 +48,7 @@ class StepMatrix:
         problem = Problem(own.form, own.dimension, parameters, times, 1.0)
         units = [np.tile(unit, (len(z), 1)) for unit in np.eye(2)]
         starts = np.concatenate([own.start(z, unit) for unit in units])
-        found = own.read(solved(self.integrator, problem, 1.0, starts).states)
+        found = own.read(solve_within(self.integrator, problem, 1.0, starts).states)
         return np.stack([found[: len(z)], found[len(z) :]], axis=-1)
 
     def matrices(self, z: Complex) -> Floats:

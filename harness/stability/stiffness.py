@@ -17,7 +17,7 @@ import numpy as np
 from gnomon.cases.core.forms import FirstOrder, SemiLinear, Values
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Tolerance
 from gnomon.harness.contract.problem import first_taken
-from gnomon.harness.measuring.solved import Solved, solved
+from gnomon.harness.measuring.solved import Solved, solve_within
 from gnomon.harness.registry.lookup import find_one
 from gnomon.harness.stability.panel import Column, Mark, panel
 from gnomon.harness.stability.subjects import multiples, processor_seconds
@@ -158,7 +158,7 @@ def marks(data: Mapping[str, Any]) -> list[Mark]:
 @panel("stiffness", "Stiffness", sentences, COLUMNS, marks, first_order_reason)
 def stiffness(integrator: Integrator, seconds: float) -> dict[str, Any]:
     if not isinstance(integrator.sweep, Tolerance):
-        return fixed_steps(integrator)
+        return follow_fixed_steps(integrator)
     rows: list[dict[str, Any]] = []
     row(integrator, RATE / 100, LOOSE)  # compiles
     first = processor_seconds(lambda: rows.append(row(integrator, RATE, LOOSE)))
@@ -178,7 +178,7 @@ def stiffness(integrator: Integrator, seconds: float) -> dict[str, Any]:
 
 def row(integrator: Integrator, rate: float, tolerance: float) -> dict[str, Any]:
     """Steps, calls and errors over the span. Raises Refused if the method gives up."""
-    found, errors = solved_at(integrator, rate, multiples(64, SPAN / 64), tolerance)
+    found, errors = solve_at(integrator, rate, multiples(64, SPAN / 64), tolerance)
     try:
         steps = found.whole.steps
     except Refused as reason:
@@ -202,14 +202,14 @@ def fewest(rate: float, tolerance: float) -> int | None:
     return min((count for count in counts if count), default=None)
 
 
-def fixed_row(integrator: Integrator, rate: float) -> dict[str, Any]:
+def measure_fixed_steps(integrator: Integrator, rate: float) -> dict[str, Any]:
     """The calls over the span with the fewest of `PER_SECOND` steps that have an error of `LOOSE` at most.
 
     None if all errors are larger, or calls are not counted.
     """
     error = math.nan
     for count in PER_SECOND:
-        solution, errors = solved_at(integrator, rate, multiples(STIFF_SPAN), 1 / count)
+        solution, errors = solve_at(integrator, rate, multiples(STIFF_SPAN), 1 / count)
         error = float(np.max(errors))
         if error <= LOOSE:
             break
@@ -221,28 +221,28 @@ def fixed_row(integrator: Integrator, rate: float) -> dict[str, Any]:
     return found | {"calls": round(solution.calls * SPAN / STIFF_SPAN)}
 
 
-def fixed_steps(integrator: Integrator) -> dict[str, Any]:
+def follow_fixed_steps(integrator: Integrator) -> dict[str, Any]:
     """The order and the errors of a method of fixed steps at h rate from 3e4 to 1e6.
 
     The order is None if an error is not below 1, or if fewer than three errors are above round-off. `rows`: the calls
     of a stable method.
     """
-    each = [solved_at(integrator, VERY_FAST, multiples(STIFF_SPAN), 1 / count)[1] for count in PER_SECOND]
+    each = [solve_at(integrator, VERY_FAST, multiples(STIFF_SPAN), 1 / count)[1] for count in PER_SECOND]
     errors = [float(np.max(one)) for one in each]
     points = [(math.log(n), math.log(e)) for n, e in zip(PER_SECOND, errors, strict=True) if ROUND_OFF < e < 1]
     stable = all(error < 1 for error in errors)
     order, declared = None, integrator.order
     if stable and len(points) > 2:
         order = -float(np.polyfit([x for x, _ in points], [y for _, y in points], 1)[0])
-    rows = [fixed_row(integrator, rate) for rate in (RATE, FAST, VERY_FAST)] if stable else []
+    rows = [measure_fixed_steps(integrator, rate) for rate in (RATE, FAST, VERY_FAST)] if stable else []
     return {
         "stable": stable, "stiff_order": order, "declared": declared, "errors": errors, "per_second": PER_SECOND,
         "rows": rows,
     }  # fmt: skip
 
 
-def solved_at(integrator: Integrator, rate: float, times: Floats, setting: float) -> tuple[Solved, Floats]:
+def solve_at(integrator: Integrator, rate: float, times: Floats, setting: float) -> tuple[Solved, Floats]:
     """The outcome on the decay, and its errors (samples,)."""
     problem = Problem(form_for(integrator), 1, np.array([rate]), times, 1.0, counted=integrator.counts_rhs)  # type: ignore[arg-type]
-    found = solved(integrator, problem, setting, np.ones((1, 1)))
+    found = solve_within(integrator, problem, setting, np.ones((1, 1)))
     return found, np.abs(found.states[0, :, 0] - np.cos(times))

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.results.separation import above
-from gnomon.harness.stability.digits import bounds, levelled
+from gnomon.harness.stability.digits import bounds, find_levelled
 
 LEVEL = 0.02
 """Level of significance of a tier, shared by its comparisons, one for each method. As the order of methods comes from
@@ -29,7 +29,7 @@ Scores = Mapping[str, Mapping[str, float]]
 """The score by method and case, lower being better; cases without a measurement are absent."""
 
 
-def separated(better: Floats, worse: Floats, comparisons: int = 1) -> bool:
+def is_separated(better: Floats, worse: Floats, comparisons: int = 1) -> bool:
     """Whether the scores (cases,) of one method are above the scores of another beyond chance; nan is no measurement.
 
     Student's t of the differences over the cases, at the level of `LEVEL` over the number of comparisons (Bonferroni).
@@ -48,15 +48,15 @@ def tiers(scores: Scores, least: Scores | None = None) -> list[list[str]]:
     """
     table = _table({method: row for method, row in scores.items() if len(row) >= FEWEST})
     low = table if least is None else _table({method: least[method] for method in table})
-    found, left = [], _ordered(table)
+    found, left = [], _order_methods(table)
     while left:
         core = left[:1]
         for method in left[1:]:
-            if separated(_mean(table, core), low[method], len(table)):
+            if is_separated(_mean(table, core), low[method], len(table)):
                 break
             core.append(method)
         middle = _mean(table, core)
-        tier = [method for method in left if method in core or not separated(middle, low[method], len(table))]
+        tier = [method for method in left if method in core or not is_separated(middle, low[method], len(table))]
         found.append(sorted(tier))
         left = [method for method in left if method not in tier]
     return found
@@ -74,7 +74,7 @@ def _mean(table: Mapping[str, Floats], methods: Sequence[str]) -> Floats:
         return np.asarray(np.nanmean([table[method] for method in methods], axis=0))
 
 
-def _ordered(table: Mapping[str, Floats]) -> list[str]:
+def _order_methods(table: Mapping[str, Floats]) -> list[str]:
     """Methods from the best on, by the mean over their cases, each case relative to its mean over the methods."""
     values = np.array(list(table.values()))
     own = np.zeros(len(values))
@@ -99,7 +99,7 @@ def by_lost_digits(panels: Mapping[str, Mapping[str, Any]], censored: float = 16
     end.
     """
     variants = {method: data.get("variants", {}) for method, data in panels.items()}
-    settled = _by_case({method: levelled(rows) for method, rows in variants.items()})
+    settled = _by_case({method: find_levelled(rows) for method, rows in variants.items()})
     known = {method: bounds(variants[method]) for method, row in settled.items() if len(row) >= FEWEST}
     most, least = (
         _by_case(

@@ -21,18 +21,18 @@ NAMED = ("group", "problem", "level", "first_name", "second_name", "unit")
 """The columns that identify a row, equal in every launch."""
 
 
-def gathered(launches: Sequence[Path]) -> dict[str, Any]:
+def gather(launches: Sequence[Path]) -> dict[str, Any]:
     """One row for each comparison: the medians of both sides, and the ratio by launch with its median and range."""
     found: dict[tuple[Any, ...], list[dict[str, Any]]] = {}
     for path in launches:
         for benchmark in json.loads(path.read_text(encoding="utf-8"))["benchmarks"]:
             for row in benchmark["extra_info"].get("rows", []):
                 found.setdefault(tuple(row.get(name) for name in NAMED), []).append(row)
-    rows = [dict(zip(NAMED, key, strict=True)) | reduced(members) for key, members in found.items()]
-    return {"launches": len(launches), "environment": environment.recorded(), "rows": rows}
+    rows = [dict(zip(NAMED, key, strict=True)) | reduce(members) for key, members in found.items()]
+    return {"launches": len(launches), "environment": environment.record(), "rows": rows}
 
 
-def reduced(members: Sequence[dict[str, Any]]) -> dict[str, Any]:
+def reduce(members: Sequence[dict[str, Any]]) -> dict[str, Any]:
     """Medians over launches; the time of a side is null unless every launch has it."""
     result: dict[str, Any] = {"launches": len(members)}
     if "value" in members[0]:
@@ -55,7 +55,7 @@ def main() -> None:
     parser.add_argument("launches", nargs="+", type=Path)
     parser.add_argument("--out", type=Path, required=True)
     arguments = parser.parse_args()
-    study_file.write(gathered(arguments.launches), arguments.out)
+    study_file.write(gather(arguments.launches), arguments.out)
 
 
 if __name__ == "__main__":

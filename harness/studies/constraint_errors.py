@@ -16,7 +16,7 @@ from gnomon.cases.core.elimination import multipliers, product, rows_of
 from gnomon.cases.core.forms import Constrained, Equations, Values
 from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.kernels.equations import function_kernel
-from gnomon.harness.studies.scored_states import scored_states
+from gnomon.harness.studies.scored_states import read_scored_states
 
 COLUMNS = ("position", "velocity", "multiplier", "constraint", "rate")
 
@@ -47,7 +47,7 @@ def parts(case: Case, times: Floats, exact: Floats, states: Floats) -> Parts:
     0.0
     """
     n, p = states.shape[1] // 2, np.array([float(x) for x in case.parameter_values()])
-    form = constrained(case)
+    form = find_constrained(case)
     assert form is not None
     start = np.array([float(x) for x in case.initial_state])
     m = len(form.constraint(0.0, tuple(start[:n]), tuple(p)))
@@ -67,7 +67,7 @@ def _relative(found: Floats, true: Floats) -> float:
     return float(np.max(np.abs(found - true)) / np.max(np.abs(true)))
 
 
-def constrained(case: Case) -> Constrained | None:
+def find_constrained(case: Case) -> Constrained | None:
     """The form of a case with constraints, if it has one."""
     return next((form for form in case.all_forms() if isinstance(form, Constrained)), None)
 
@@ -94,10 +94,10 @@ def beside(form: Constrained) -> Equations:
     return moving
 
 
-def judged(path: Path) -> pd.DataFrame:
+def judge(path: Path) -> pd.DataFrame:
     """The measurements of constrained cases in a results file: case, variant, integrator_id, error_max, and COLUMNS."""
     found = []
-    for scorer, row, states in scored_states(path, lambda case: constrained(case) is not None):
+    for scorer, row, states in read_scored_states(path, lambda case: find_constrained(case) is not None):
         if np.isfinite(states).all():
             apart = parts(scorer.case, scorer.reference.times, scorer.reference.exact, states)
             kept = {name: row[name] for name in ("case", "variant", "integrator_id", "setting", "error_max")}

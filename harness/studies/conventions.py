@@ -41,7 +41,7 @@ def turns(quaternion: Floats) -> Floats:
     return found
 
 
-def _rolled(places: int) -> Change:
+def _roll(places: int) -> Change:
     return lambda given: Turning(np.roll(given.quaternion, places, axis=1), given.spin)
 
 
@@ -57,7 +57,7 @@ def _into_body(given: Turning) -> Turning:
     return Turning(given.quaternion, np.einsum("nji,nj->ni", turns(given.quaternion), given.spin))
 
 
-def _scaled(factor: float) -> Change:
+def _scale(factor: float) -> Change:
     return lambda given: Turning(given.quaternion, given.spin * factor)
 
 
@@ -71,8 +71,8 @@ def conventions(along_body: bool = False) -> Iterator[Convention]:
     `along_body`: whether gnomon's angular velocity is along the axes of the body here; an engine gives it in space.
     """
     attitudes = [
-        Convention("quaternions are in the order w, x, y, z: give x, y, z, w", _rolled(-1), _rolled(1)),
-        Convention("quaternions x, y, z, w are taken for w, x, y, z: do not reorder them", _rolled(1), _rolled(-1)),
+        Convention("quaternions are in the order w, x, y, z: give x, y, z, w", _roll(-1), _roll(1)),
+        Convention("quaternions x, y, z, w are taken for w, x, y, z: do not reorder them", _roll(1), _roll(-1)),
         Convention("attitudes map space to body: give the conjugate quaternions", _conjugate, _conjugate),
     ]
     axes = ("in space", "along the body's axes")
@@ -81,7 +81,7 @@ def conventions(along_body: bool = False) -> Iterator[Convention]:
     spins = [
         Convention(f"angular velocity is {other}: give it {right}", undo, apply),
         *(
-            Convention(f"angular velocity is in {unit}: give it in rad/s", _scaled(1 / number), _scaled(number))
+            Convention(f"angular velocity is in {unit}: give it in rad/s", _scale(1 / number), _scale(number))
             for number, unit in ANGLES.items()
         ),
     ]

@@ -19,7 +19,7 @@ from gnomon.harness.measuring.score import Scorer
 from gnomon.harness.results import store
 from gnomon.harness.results.analysis import SERIES
 from gnomon.harness.results.convergence_order import mean_slope
-from gnomon.harness.studies.growth import by_octaves, named, possible
+from gnomon.harness.studies.growth import by_octaves, name_law, possible
 
 ROUND_OFF = 1e-13
 """Smaller growth, below some hundred units of round-off, is called round-off, and no power is fitted."""
@@ -60,17 +60,17 @@ def growth(times: Floats, sizes: Floats) -> Growth:
         return Growth("diverged")
     if np.max(np.abs(sizes)) < ROUND_OFF:
         return Growth("round-off")
-    if _exponential(times, sizes):
+    if _is_exponential(times, sizes):
         return Growth("exponential")
     centres, logs = by_octaves(times, np.abs(sizes)[None], OCTAVES)
     if len(centres) < OCTAVES or not np.all(np.isfinite(logs)):
         return Growth("")
     power, margin = mean_slope(list(zip(centres.tolist(), logs[:, 0].tolist(), strict=True)))
     low, high = power - margin, power + margin
-    return Growth(named(low, high) if len(possible(low, high)) <= 1 else "", power, low, high)
+    return Growth(name_law(low, high) if len(possible(low, high)) <= 1 else "", power, low, high)
 
 
-def _exponential(times: Floats, sizes: Floats) -> bool:
+def _is_exponential(times: Floats, sizes: Floats) -> bool:
     """Whether the growth is exponential rather than a power.
 
     The largest value so far must have grown by a factor above 100 over the last three quarters of the time, and the
@@ -121,7 +121,7 @@ class Sampled(NamedTuple):
     sizes: dict[str, Floats]
 
 
-def sampled(path: Path, frame: pd.DataFrame, known: Mapping[str, type[Case]]) -> Iterator[Sampled]:
+def choose_samples(path: Path, frame: pd.DataFrame, known: Mapping[str, type[Case]]) -> Iterator[Sampled]:
     """Of each series the trial with an error nearest 1e-5: well above round-off, and small enough to follow its law.
 
     `frame` holds the store's rows of the file that are to be used. Cases that are not `known` by name are left out.
@@ -152,12 +152,12 @@ def sampled(path: Path, frame: pd.DataFrame, known: Mapping[str, type[Case]]) ->
 
 
 def laws(path: Path, frame: pd.DataFrame, chosen: pd.Series[Any], known: Mapping[str, type[Case]]) -> pd.DataFrame:
-    """Growth laws: a row for each series and quantity ("error" or an invariant), from `sampled` trials.
+    """Growth laws: a row for each series and quantity ("error" or an invariant), from `choose_samples` trials.
 
     `frame` holds the store's rows of the file; `chosen` marks the rows to use.
     """
     rows: list[tuple[Any, ...]] = []
-    for trial, times, sizes in sampled(path, frame[chosen], known):
+    for trial, times, sizes in choose_samples(path, frame[chosen], known):
         key = [getattr(trial, column) for column in SERIES]
         rows += [
             (*key, trial.setting, quantity, *astuple(growth(times, size)), float(np.max(size)))

@@ -21,7 +21,7 @@ from gnomon.cases.core.scene import Readings, Scene, SceneForm
 from gnomon.harness.adapters.engines.scene_run import SceneIntegrator, World
 from gnomon.harness.contract.integrator import Refused
 from gnomon.harness.contract.problem import initial_state, problem_of
-from gnomon.harness.measuring.solved import solved
+from gnomon.harness.measuring.solved import solve_within
 
 SCENES = ("spring_pendulum", "pendulum_simple/engines", "projectile_parabola/engines")
 """The first of these that an engine runs: with a force that depends on position, with a joint, or without both."""
@@ -39,17 +39,17 @@ def costs(integrator: SceneIntegrator) -> dict[str, Any]:
     found: dict[str, Any] = {"integrator": integrator.id}
     for name, case, form in _scenes(integrator):
         try:
-            return found | {"scene": name} | _measured(integrator, case, form)
+            return found | {"scene": name} | _measure(integrator, case, form)
         except Refused as error:
             found["reason"] = str(error)
     return {"reason": "it runs none of the scenes"} | found
 
 
-def same_in_threads(integrator: SceneIntegrator) -> bool:
+def is_same_in_threads(integrator: SceneIntegrator) -> bool:
     """Whether two worlds that run in two threads give the bits of one alone; the process may end in the attempt."""
     _, case, form = next(_scenes(integrator))
     scene = _scene(case, form)
-    return _in_threads(integrator, form, scene, _run(integrator, form, scene))
+    return _is_same(integrator, form, scene, _run(integrator, form, scene))
 
 
 def _scenes(integrator: SceneIntegrator) -> Iterator[tuple[str, Case, SceneForm]]:
@@ -60,13 +60,13 @@ def _scenes(integrator: SceneIntegrator) -> Iterator[tuple[str, Case, SceneForm]
             yield name, case, case.scene
 
 
-def _measured(integrator: SceneIntegrator, case: Case, form: SceneForm) -> dict[str, Any]:
+def _measure(integrator: SceneIntegrator, case: Case, form: SceneForm) -> dict[str, Any]:
     scene = _scene(case, form)
     world_kilobytes = _world_kilobytes(
         integrator, form, scene
     )  # first: later worlds would take memory that is free again
     first = _run(integrator, form, scene)
-    worlds = [_placed(integrator, form, scene) for _ in range(2)]
+    worlds = [_place(integrator, form, scene) for _ in range(2)]
     together = _least(lambda: worlds[0].advance(STEPS))
     single = _least(lambda: _singly(worlds[0]))
     read = _least(lambda: [worlds[0].read() for _ in range(STEPS)])
@@ -85,8 +85,8 @@ def _measured(integrator: SceneIntegrator, case: Case, form: SceneForm) -> dict[
         "python_share": max(0.0, 1 - engine / together) * in_python if scene.forces else None,
         "call_us": 1e6 * max(0.0, single - together),
         "read_us": 1e6 * read,
-        "world_kilobytes": _known(world_kilobytes),
-        "grown_kilobytes": _known(_grown_kilobytes(integrator, form, scene)),
+        "world_kilobytes": _if_known(world_kilobytes),
+        "grown_kilobytes": _if_known(_measure_growth(integrator, form, scene)),
         "same_bits": {
             "in a new world": _run(integrator, form, scene) == first,
             "with another world beside it": _beside(integrator, form, scene) == first,
@@ -99,7 +99,7 @@ def _scene(case: Case, form: SceneForm) -> Scene:
     return form.build(tuple(map(float, case.initial_state)), tuple(map(float, case.parameter_values())))
 
 
-def _placed(integrator: SceneIntegrator, form: SceneForm, scene: Scene) -> World:
+def _place(integrator: SceneIntegrator, form: SceneForm, scene: Scene) -> World:
     world = integrator.world(form, STEP)
     world.build(scene)
     world.place(scene)
@@ -107,7 +107,7 @@ def _placed(integrator: SceneIntegrator, form: SceneForm, scene: Scene) -> World
 
 
 def _run(integrator: SceneIntegrator, form: SceneForm, scene: Scene) -> Readings:
-    world = _placed(integrator, form, scene)
+    world = _place(integrator, form, scene)
     for _ in range(STEPS // 10):
         world.advance(10)
     found = world.read()
@@ -117,7 +117,7 @@ def _run(integrator: SceneIntegrator, form: SceneForm, scene: Scene) -> Readings
 
 def _beside(integrator: SceneIntegrator, form: SceneForm, scene: Scene) -> Readings:
     """The readings of a world whose steps alternate with those of another one."""
-    worlds = [_placed(integrator, form, scene) for _ in range(2)]
+    worlds = [_place(integrator, form, scene) for _ in range(2)]
     for _ in range(STEPS // 10):
         worlds[1].advance(3)
         worlds[0].advance(10)
@@ -127,7 +127,7 @@ def _beside(integrator: SceneIntegrator, form: SceneForm, scene: Scene) -> Readi
     return found
 
 
-def _in_threads(integrator: SceneIntegrator, form: SceneForm, scene: Scene, first: Readings) -> bool:
+def _is_same(integrator: SceneIntegrator, form: SceneForm, scene: Scene, first: Readings) -> bool:
     found: list[Readings] = []
 
     def call() -> None:
@@ -178,26 +178,26 @@ def _least(call: Callable[[], object]) -> float:
 
 def _world_kilobytes(integrator: SceneIntegrator, form: SceneForm, scene: Scene) -> float:
     """The growth of the process for each of several worlds that are open together, after one."""
-    one = _placed(integrator, form, scene)
+    one = _place(integrator, form, scene)
     before = _resident()
-    worlds = [_placed(integrator, form, scene) for _ in range(WORLDS)]
+    worlds = [_place(integrator, form, scene) for _ in range(WORLDS)]
     after = _resident()
     for world in (one, *worlds):
         world.close()
     return (after - before) / WORLDS
 
 
-def _grown_kilobytes(integrator: SceneIntegrator, form: SceneForm, scene: Scene) -> float:
+def _measure_growth(integrator: SceneIntegrator, form: SceneForm, scene: Scene) -> float:
     """The growth of the process over worlds that are opened and closed in a row, after as many before."""
     for _ in range(IN_A_ROW):
-        _placed(integrator, form, scene).close()
+        _place(integrator, form, scene).close()
     before = _resident()
     for _ in range(IN_A_ROW):
-        _placed(integrator, form, scene).close()
+        _place(integrator, form, scene).close()
     return _resident() - before
 
 
-def _known(value: float) -> float | None:
+def _if_known(value: float) -> float | None:
     return value if math.isfinite(value) else None
 
 
@@ -221,7 +221,7 @@ def _energy_an_hour(integrator: SceneIntegrator) -> float | None:
     if integrator.unsupported(problem.form) is not None:
         return None
     problem = replace(problem, times=np.arange(1, 65) * HOUR / 64)
-    found = solved(integrator, problem, HOUR_STEP, initial_state(case)[None], moves=True)
+    found = solve_within(integrator, problem, HOUR_STEP, initial_state(case)[None], moves=True)
     if found.solution is None:
         return None
     parameters = [float(value) for value in case.parameter_values()]

@@ -9,7 +9,7 @@ from gnomon.cases.core.case import Case
 from gnomon.cases.core.forms import Constrained, FirstOrder, SecondOrder
 from gnomon.harness.contract.constraints import constraints_of
 from gnomon.harness.contract.integrator import Integrator, Problem, Solver
-from gnomon.harness.contract.problem import accepted_form
+from gnomon.harness.contract.problem import find_accepted_form
 from gnomon.harness.integrators.base.fixed_step import FixedStep, Table
 from gnomon.harness.integrators.base.stepping import call
 from gnomon.harness.integrators.events.hybrid import Dop853Events
@@ -37,7 +37,7 @@ def at_fixed_steps(method: Integrator) -> Integrator:
     return method
 
 
-def fixed(base: Any, **attributes: Any) -> FixedStep:
+def make_fixed(base: Any, **attributes: Any) -> FixedStep:
     """An instance of a new subclass of `base` with these attributes."""
     kind: type[FixedStep] = type("Fixed", (base,), attributes)
     return kind()
@@ -46,10 +46,10 @@ def fixed(base: Any, **attributes: Any) -> FixedStep:
 @at_fixed_steps.register
 def _(method: Embedded) -> FixedStep:
     tableau = replace(method.tableau, errors=(), extra=(), dense=None)
-    return fixed(RungeKutta, name=method.name, order=method.order, tableau=tableau)
+    return make_fixed(RungeKutta, name=method.name, order=method.order, tableau=tableau)
 
 
-def projected_step(
+def step_projected(
     f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
 ) -> bool:
     """A step of an explicit method with projection. Last in `store`: a flag, the start, the state, equations."""
@@ -79,13 +79,13 @@ def _(method: Projected) -> FixedStep:
         m = constraints_of(form, dimension // 2, parameters)
         return (dimension, dimension + m * (dimension + 2)), len(tableau.a) + 3 + m
 
-    return fixed(
+    return make_fixed(
         RungeKutta,
         name=method.name,
         order=method.order,
         accepts=(Constrained,),
         tableau=tableau,
-        step=projected_step,
+        step=step_projected,
         shape=shape,
         equations=lambda self, form: index_one_parts(form),
     )
@@ -94,6 +94,7 @@ def _(method: Projected) -> FixedStep:
 def nystrom_step(
     f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
 ) -> bool:
+    """One step of a Nyström method, of a fixed length."""
     for i in range(x.size):
         x[i] = y[i]
     call(f, t, x, p, slope)
@@ -106,7 +107,7 @@ def nystrom_step(
 @at_fixed_steps.register
 def _(method: Nystrom) -> FixedStep:
     tableau = method.tableau
-    return fixed(
+    return make_fixed(
         FixedStep,
         name=method.name,
         order=method.order,
@@ -138,7 +139,7 @@ def with_columns(count: int) -> FixedStep:
     def coefficients(cls: type, mp: Any) -> Table:
         return GraggBulirschStoer.rows(mp)[:count]
 
-    return fixed(
+    return make_fixed(
         FixedStep,
         name=f"{count} columns",
         order=2 * count,
@@ -164,7 +165,7 @@ class RadauSteps(Radau5):
     """Radau IIA at fixed steps. The step divides the sample interval, since its dense output has order 3. Order 5."""
 
     def prepare(self, problem: Problem, setting: float) -> Solver:
-        return radau.prepared(problem, 1e-14, setting)
+        return radau.prepare_solver(problem, 1e-14, setting)
 
 
 @at_fixed_steps.register
@@ -183,7 +184,7 @@ def taylor_steps(mp: Any, case: Case, order: int, count: int) -> list[Any]:
 
     The recurrences are from the compiled method.
     """
-    form = accepted_form(case, (FirstOrder,))
+    form = find_accepted_form(case, (FirstOrder,))
     assert isinstance(form, FirstOrder)
     recurrences = Recurrences(form, len(case.state), len(case.parameter_list))
     parameters = [mp.mpf(x.numerator) / x.denominator for x in case.parameter_values()]

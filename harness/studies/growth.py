@@ -21,7 +21,7 @@ from gnomon.cases.core.arithmetic import rebind
 from gnomon.cases.core.case import Case
 from gnomon.cases.core.registry import get
 from gnomon.harness.contract import validation
-from gnomon.harness.contract.declared import declared
+from gnomon.harness.contract.declared import read_declared
 from gnomon.harness.contract.integrator import Floats, Integrator
 from gnomon.harness.contract.problem import initial_state, problem_of
 from gnomon.harness.integrators.runge_kutta import explicit_pairs
@@ -74,7 +74,7 @@ def subjects_of(pairs: Sequence[type[Integrator]]) -> list[Subject]:
 
     The tolerance of a pair is so far above round-off that its discretization error dominates.
     """
-    rows = declared("studies", "growth.toml")["subjects"]
+    rows = read_declared("studies", "growth.toml")["subjects"]
     listed = [Subject(f"gnomon:{name}", **row) for row in rows for name in row.pop("integrators")]
     names = {one.integrator for one in listed}
     others = {f"gnomon:{pair.name}": pair.order or 0 for pair in pairs if f"gnomon:{pair.name}" not in names}
@@ -85,10 +85,10 @@ def subjects_of(pairs: Sequence[type[Integrator]]) -> list[Subject]:
 SUBJECTS = subjects_of(explicit_pairs.INTEGRATORS)
 
 
-def measured(subject: Subject) -> dict[str, Any]:
+def measure_growth(subject: Subject) -> dict[str, Any]:
     """A row of the published table: the fitted power of time, its standard error and interval, and the law."""
     times, errors = energy_errors(subject)
-    powers = fitted(times, errors)
+    powers = fit_powers(times, errors)
     low, high = interval_of_mean(powers)
     return {
         "integrator": subject.integrator.removeprefix("gnomon:"),
@@ -101,12 +101,12 @@ def measured(subject: Subject) -> dict[str, Any]:
         "uncertainty": float(np.std(powers, ddof=1) / math.sqrt(len(powers))),
         "low": low,
         "high": high,
-        "law": named(low, high),
+        "law": name_law(low, high),
         "expected": subject.expected,
     }
 
 
-def named(low: float, high: float, words: Mapping[str, str] | None = None) -> str:
+def name_law(low: float, high: float, words: Mapping[str, str] | None = None) -> str:
     """The only law that an interval of the power of time contains, or all of them, or its neighbours; in words.
 
     `words`: other spellings of the names in LAWS.
@@ -190,7 +190,7 @@ def in_extended_precision(function: Callable[..., Any], parameters: Floats) -> C
     return value
 
 
-def fitted(times: Floats, errors: Floats) -> Floats:
+def fit_powers(times: Floats, errors: Floats) -> Floats:
     """The power of time of the errors (starts, times) of each start; a start without any error in an octave has none.
 
     The power is the slope of a line through the logarithms of the root mean squares over octaves of time. Each start
@@ -223,7 +223,7 @@ def interval_of_mean(values: Floats, confidence: float = CONFIDENCE) -> tuple[fl
 
 
 def main() -> None:
-    publish(__doc__, measured, SUBJECTS)
+    publish(__doc__, measure_growth, SUBJECTS)
 
 
 if __name__ == "__main__":

@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.measuring.score import CONDITIONED, Scorer
-from gnomon.harness.studies.scored_states import scored_states
+from gnomon.harness.studies.scored_states import read_scored_states
 
 
 @dataclass(frozen=True)
@@ -38,13 +38,13 @@ def along(scorer: Scorer, states: Floats) -> Along:
     return Along(float(reference.times[kept - 1]) if kept else 0.0, float(np.max(ratios)))
 
 
-def judged(path: Path) -> pd.DataFrame:
+def judge(path: Path) -> pd.DataFrame:
     """The measurements of chaotic cases in a results file: case, variant, integrator_id, order_declared, setting, work,
     error_max, horizon (s), valid_share of the horizon, times_conditioning, to_the_end (whether the last sample is valid)."""
-    return pd.DataFrame([_judged(*one) for one in scored_states(path, lambda case: case.horizon is not None)])
+    return pd.DataFrame([_judge(*one) for one in read_scored_states(path, lambda case: case.horizon is not None)])
 
 
-def _judged(scorer: Scorer, row: dict[str, Any], states: Floats) -> dict[str, Any]:
+def _judge(scorer: Scorer, row: dict[str, Any], states: Floats) -> dict[str, Any]:
     assert scorer.case.horizon is not None
     result, horizon = along(scorer, states), scorer.case.horizon
     kept = ("case", "variant", "integrator_id", "order_declared", "setting", "work", "error_max")

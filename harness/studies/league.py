@@ -20,7 +20,7 @@ from gnomon.cases.core.scene import SceneForm
 from gnomon.harness.adapters.engine_lines import setting_lines
 from gnomon.harness.adapters.engines.scene_run import TIGHTER, SceneIntegrator
 from gnomon.harness.adapters.libraries import LIBRARIES
-from gnomon.harness.contract.declared import declared
+from gnomon.harness.contract.declared import read_declared
 from gnomon.harness.contract.integrator import Integrator, Refused, Steps
 from gnomon.harness.contract.problem import problem_of
 from gnomon.harness.contract.status import SCORED
@@ -31,7 +31,7 @@ from gnomon.harness.studies import engine_costs, preflight
 from gnomon.harness.studies.error_parts import BINARY32, floor_of, parts
 from gnomon.harness.system.supervisor import calls
 
-SCENES: tuple[str, ...] = tuple(declared("running", "suites.toml")["engines"]["cases"])
+SCENES: tuple[str, ...] = tuple(read_declared("running", "suites.toml")["engines"]["cases"])
 """The scenes of the suite, in its order."""
 ON = tuple(dict.fromkeys(name for name in SCENES if get(*name.split("/")).hybrid is None))
 """The cases of the pre-flight of accelerations."""
@@ -44,24 +44,26 @@ def league(path: Path) -> dict[str, Any]:
     """The contents of engines.json, from a results file."""
     reduced = analysis.settings(analysis.tidy(store.load(path)))
     engines = lookup.own().values()
-    found = [one for one in shown(engines) if lookup.missing(one) is None]
+    found = [one for one in choose_shown(engines) if lookup.missing(one) is None]
     ran = reduced[reduced["integrator_id"].isin({one.id for one in found})]
     place = {name: k for k, name in enumerate(SCENES)}
     ran = ran.assign(place=[place.get(scene_name(row), len(place)) for row in ran.to_dict("records")])
     return {
-        "environment": environment.recorded() | {"run": str(store.runs(path)[-1]["started"])[:10]},
+        "environment": environment.record() | {"run": str(store.runs(path)[-1]["started"])[:10]},
         "engines": [engine_row(one, reduced) for one in found],
-        "lines": dict(written(dict.fromkeys(one.library for one in found))),
-        "absent": {one.library: str(lookup.missing(one)) for one in shown(engines) if lookup.missing(one) is not None},
+        "lines": dict(write_lines(dict.fromkeys(one.library for one in found))),
+        "absent": {
+            one.library: str(lookup.missing(one)) for one in choose_shown(engines) if lookup.missing(one) is not None
+        },
         "scenes": [scene_row(part) for _, part in ran.groupby(["place", "case", "variant"], sort=True)],
         "rows": [*result_rows(ran, reduced, {one.id: one for one in found})],
-        "table": {one.id: taken(one) for one in found if one.policy != SHIPPED},
-        "preflights": [*measured(preflights_of, found, os.cpu_count() or 1)],
+        "table": {one.id: explain_declined(one) for one in found if one.policy != SHIPPED},
+        "preflights": [*measure_study(preflights_of, found, os.cpu_count() or 1)],
         "costs": [*costs([one for one in found if one.policy != SHIPPED])],
     }
 
 
-def shown(integrators: Iterable[Integrator]) -> list[SceneIntegrator]:
+def choose_shown(integrators: Iterable[Integrator]) -> list[SceneIntegrator]:
     """The ways to drive engines that have rows of their own: all are compared at equal fixed steps."""
     engines = [one for one in integrators if isinstance(one, SceneIntegrator) and one.policy != TIGHT]
     return [one for one in engines if isinstance(one.sweep, Steps)]
@@ -82,12 +84,12 @@ def engine_row(one: SceneIntegrator, reduced: pd.DataFrame) -> dict[str, Any]:
         "order": one.order,
         "bits": one.bits,
         "versions": versions,
-        "changed": changed_options(own["settings_changed"]),
+        "changed": list_options(own["settings_changed"]),
         "lacks": dict(one.lacks),
     }
 
 
-def changed_options(texts: Iterable[str]) -> dict[str, str]:
+def list_options(texts: Iterable[str]) -> dict[str, str]:
     """Each option that a trial recorded, with its value; of several values their number, as they follow scene and step."""
     values: dict[str, dict[str, None]] = {}
     for text in dict.fromkeys(texts):
@@ -106,7 +108,7 @@ def lines_of(library: str) -> list[str]:
     return setting_lines(lookup.own(), library, kinds)
 
 
-def written(libraries: Iterable[str]) -> Iterator[tuple[str, list[str]]]:
+def write_lines(libraries: Iterable[str]) -> Iterator[tuple[str, list[str]]]:
     """The lines of each engine, each in a process of its own; none for one that crashes."""
     for library, lines in calls(lines_of, libraries, 1, "spawn"):
         yield library, [] if isinstance(lines, BaseException) else lines
@@ -161,17 +163,17 @@ def result_rows(
         }
 
 
-def taken(one: SceneIntegrator) -> dict[str, str]:
+def explain_declined(one: SceneIntegrator) -> dict[str, str]:
     """For every case with a scene the reason why the engine does not take it; empty if it does."""
     found = {}
     for name in names():
         case = get(name)
         if case.scene is not None:
-            found[name] = one.unsupported(case.scene) or _declined(one, name)
+            found[name] = one.unsupported(case.scene) or _explain_scene(one, name)
     return found
 
 
-def _declined(one: SceneIntegrator, name: str) -> str:
+def _explain_scene(one: SceneIntegrator, name: str) -> str:
     """The reason that depends on the numbers of a scene, such as a motion that is not planar; empty without one."""
     problem = problem_of(get(name).rounded(), one.accepts)
     if not isinstance(problem.form, SceneForm):
@@ -183,7 +185,7 @@ def _declined(one: SceneIntegrator, name: str) -> str:
     return ""
 
 
-def measured(study: Any, engines: Sequence[SceneIntegrator], workers: int) -> Iterator[dict[str, Any]]:
+def measure_study(study: Any, engines: Sequence[SceneIntegrator], workers: int) -> Iterator[dict[str, Any]]:
     """The rows of a study of each engine, in child processes; a crash is a row too."""
     found = dict(calls(study, [one.id for one in engines], workers, "spawn"))
     for one in engines:
@@ -198,7 +200,7 @@ def costs(engines: Sequence[SceneIntegrator]) -> Iterator[dict[str, Any]]:
     """Rows of costs, one engine at a time, as these are times. A way as shipped steps as the same engine does configured."""
     threads = dict(calls(threads_of, [one.id for one in engines], 1, "spawn"))
     for one in engines:  # each in a new process, since memory that another engine has freed would be taken again
-        for row in measured(costs_of, [one], 1):
+        for row in measure_study(costs_of, [one], 1):
             if "same_bits" in row:
                 row["same_bits"]["in two threads"] = threads[row["integrator"]] is True
             yield row
@@ -207,7 +209,7 @@ def costs(engines: Sequence[SceneIntegrator]) -> Iterator[dict[str, Any]]:
 def threads_of(name: str) -> bool:
     one = lookup.own()[name]
     assert isinstance(one, SceneIntegrator)
-    return engine_costs.same_in_threads(one)
+    return engine_costs.is_same_in_threads(one)
 
 
 def preflights_of(name: str) -> list[dict[str, Any]]:

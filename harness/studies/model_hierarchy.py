@@ -35,7 +35,7 @@ def model_errors(full: Case) -> list[dict[str, Any]]:
     return _model_errors(full) if key is None else list(diskcache.cached(key, lambda: _entry(full), PACK).notes)
 
 
-def kept_entry(full: Case) -> tuple[str, diskcache.Entry]:
+def make_entry(full: Case) -> tuple[str, diskcache.Entry]:
     """The key and the content under which the rows of a case are kept. Raises ValueError without a key."""
     key = _key(full)
     if key is None:

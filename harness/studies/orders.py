@@ -19,15 +19,15 @@ from gnomon.cases.core.arithmetic import mpmath_arithmetic, rebind
 from gnomon.cases.core.case import Case
 from gnomon.cases.core.forms import Form
 from gnomon.cases.core.registry import get
-from gnomon.harness.contract.declared import declared
+from gnomon.harness.contract.declared import read_declared
 from gnomon.harness.contract.integrator import Integrator
-from gnomon.harness.contract.problem import accepted_form
+from gnomon.harness.contract.problem import find_accepted_form
 from gnomon.harness.integrators.base.fixed_step import DIGITS, FixedStep
 from gnomon.harness.integrators.runge_kutta import explicit_pairs
 from gnomon.harness.integrators.taylor.taylor import Taylor
 from gnomon.harness.measuring.reference_solution import ReferenceSolution
 from gnomon.harness.measuring.score import Scorer
-from gnomon.harness.measuring.solved import solved
+from gnomon.harness.measuring.solved import solve_within
 from gnomon.harness.registry import lookup
 from gnomon.harness.results.convergence_order import fit_order
 from gnomon.harness.results.study_file import publish
@@ -72,7 +72,7 @@ class Subject:
 
 def subjects_of(pairs: Sequence[type[Integrator]]) -> list[Subject]:
     """The subjects that orders.toml lists, and each of the explicit pairs that it does not list."""
-    table = declared("studies", "orders.toml")
+    table = read_declared("studies", "orders.toml")
     listed = [Subject(name, **row) for row in table["subjects"] for name in row.pop("integrators")]
     names = {one.integrator for one in listed}
     return listed + [Subject(pair.name, **table["pairs"]) for pair in pairs if pair.name not in names]
@@ -81,7 +81,7 @@ def subjects_of(pairs: Sequence[type[Integrator]]) -> list[Subject]:
 SUBJECTS = subjects_of(explicit_pairs.INTEGRATORS)
 
 
-def measured(subject: Subject) -> dict[str, Any]:
+def measure_row(subject: Subject) -> dict[str, Any]:
     """A row of the published table. Raises RuntimeError if fewer than four steps are in the asymptotic range."""
     integrator = lookup.own()[f"gnomon:{subject.integrator}"]
     twin = at_fixed_steps(integrator)
@@ -104,7 +104,7 @@ def measured(subject: Subject) -> dict[str, Any]:
 
 def order_of(subject: Subject, twin: Integrator, case: Case) -> tuple[float, int] | None:
     if subject.scattered:
-        return scattered_order(twin, case)
+        return fit_scattered_order(twin, case)
     if not subject.counts:
         return measure_order(twin, case, subject.most_steps)
     if isinstance(twin, Taylor):
@@ -116,7 +116,7 @@ def order_of(subject: Subject, twin: Integrator, case: Case) -> tuple[float, int
     return measure_order_exactly(twin, case, subject.counts, subject.digits)
 
 
-def scattered_order(integrator: Integrator, case: Case) -> tuple[float, int]:
+def fit_scattered_order(integrator: Integrator, case: Case) -> tuple[float, int]:
     """The slope over fifty step sizes, for a method whose errors scatter from one step size to the next."""
     _, interval, error = _on_case(integrator, case)
     errors = [error(interval / count) for count in SCATTERED]
@@ -145,10 +145,10 @@ def measure_order(integrator: Integrator, case: Case, most_steps: int = 300_000)
 def _on_case(integrator: Integrator, case: Case) -> tuple[ReferenceSolution, float, Callable[[float], float]]:
     """The reference solution, the sampling interval, and the largest error as a function of the step size."""
     scorer = Scorer.of(case.rounded())
-    problem, start = scorer.problem(accepted_form(case, integrator.accepts)), scorer.reference.start[None]
+    problem, start = scorer.problem(find_accepted_form(case, integrator.accepts)), scorer.reference.start[None]
 
     def error(step: float) -> float:
-        return scorer.largest_error(solved(integrator, problem, step, start).states[0])
+        return scorer.largest_error(solve_within(integrator, problem, step, start).states[0])
 
     return scorer.reference, problem.interval, error
 
@@ -162,7 +162,7 @@ def measure_order_exactly(
     method: FixedStep, case: Case, counts: Sequence[int], digits: int = DIGITS
 ) -> tuple[float, int] | None:
     """The order over steps of span / count, in `digits`-digit arithmetic, from the error at the end of the span."""
-    form = accepted_form(case, method.accepts)
+    form = find_accepted_form(case, method.accepts)
     assert form is not None
 
     def end(count: int) -> Sequence[Any]:
@@ -224,7 +224,7 @@ def _zeros(mp: Any, shape: tuple[int, ...]) -> Any:
 
 
 def main() -> None:
-    publish(__doc__, measured, SUBJECTS)
+    publish(__doc__, measure_row, SUBJECTS)
 
 
 if __name__ == "__main__":

@@ -17,7 +17,7 @@ import numpy as np
 from gnomon.cases.core.case import Case
 from gnomon.cases.core.formulation import Formulation
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solver
-from gnomon.harness.contract.problem import accepted_form
+from gnomon.harness.contract.problem import find_accepted_form
 from gnomon.harness.measuring.prepared import Prepared
 from gnomon.harness.measuring.score import Scorer
 from gnomon.harness.results.equal_error import time_at
@@ -59,7 +59,7 @@ def swept(
     The side has each tolerance at which the integrator reaches the end of the span.
     """
     scorer = Scorer.of(case, formulation)
-    problem = scorer.problem(accepted_form(case, integrator.accepts, formulation))
+    problem = scorer.problem(find_accepted_form(case, integrator.accepts, formulation))
     start = scorer.reference.start[None]
     side = Side([], [], null_call(integrator, problem, tolerances[0]))
     for tolerance in tolerances:
@@ -83,7 +83,7 @@ def at_equal_error(
     """Seconds of both sides at each target, None if a side does not reach it, and the seconds of their null calls."""
     chosen = [side.near(targets) for side in pair]
     solvers = [[*(side.solvers[k] for k in near), side.null] for side, near in zip(pair, chosen, strict=True)]
-    times = interleaved(solvers, start, repeats)
+    times = time_interleaved(solvers, start, repeats)
     first, second = (
         [side.time(dict(zip(near, own[:-1], strict=True)), target) for target in targets]
         for side, near, own in zip(pair, chosen, times, strict=True)
@@ -91,7 +91,7 @@ def at_equal_error(
     return list(zip(first, second, strict=True)), (times[0][-1], times[1][-1])
 
 
-def interleaved(sides: Sequence[Sequence[Solver]], start: Floats, repeats: int) -> list[list[float]]:
+def time_interleaved(sides: Sequence[Sequence[Solver]], start: Floats, repeats: int) -> list[list[float]]:
     """Median seconds of each solver; calls of the sides alternate, and the first call of each is not counted."""
     times: list[list[list[int]]] = [[[] for _ in side] for side in sides]
     gc.collect()

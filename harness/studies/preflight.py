@@ -9,14 +9,14 @@ import numpy as np
 from gnomon.cases import Case, get, names
 from gnomon.cases.core.forms import first_order
 from gnomon.cases.core.scene import SceneForm
-from gnomon.harness.contract.declared import declared
+from gnomon.harness.contract.declared import read_declared
 from gnomon.harness.contract.integrator import Floats, Integrator, Refused
 from gnomon.harness.contract.problem import problem_of
 from gnomon.harness.contract.status import Status
 from gnomon.harness.studies.preflight_checks import CHECKS, UNEXPLAINED, Measure, Scenes
 from gnomon.harness.studies.preflight_rates import STATES, Engine, rate_error
 
-TEXTS: dict[str, dict[str, str]] = declared("studies", "preflights.toml")
+TEXTS: dict[str, dict[str, str]] = read_declared("studies", "preflights.toml")
 """What each pre-flight states, what to look at if it fails, and the derivation of its bound."""
 STRONGER = {"foucault_pendulum_nonlinear": "turntable"}
 """Variants in which a force is not lost in the rounding of the others."""
@@ -99,15 +99,15 @@ def _row(engine: Engine, name: str, scene: str, form: SceneForm, measure: Measur
 def smooth_cases() -> tuple[Case, ...]:
     """The cases that have a scene and no events, with the variants of STRONGER."""
     found = [get(*name) for name in [*((name,) for name in names()), *STRONGER.items()]]
-    return tuple(case for case in found if _smooth(case))
+    return tuple(case for case in found if _is_smooth(case))
 
 
-def _smooth(case: Case) -> bool:
+def _is_smooth(case: Case) -> bool:
     return case.scene is not None and case.hybrid is None
 
 
 def _acceleration(engine: Engine, on: Sequence[Case]) -> Scenes:
-    chosen = [case.rounded() for case in on if _smooth(case)]
+    chosen = [case.rounded() for case in on if _is_smooth(case)]
     return {case.id: (case.scene, partial(_on_case, engine, case)) for case in chosen if case.scene is not None}
 
 

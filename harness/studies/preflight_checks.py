@@ -170,7 +170,7 @@ def _exact(name: str, steps: int) -> Floats:
     return flow(rates, start, 1.0, steps)
 
 
-def _declared_order(engine: Engine) -> Scenes:
+def _check_declared_order(engine: Engine) -> Scenes:
     def falls(name: str) -> tuple[float, float, str]:
         form, _, start, part = SMOOTH[name]
         order = engine.integrator.order
@@ -413,7 +413,7 @@ CHECKS: dict[str, Callable[[Engine], Scenes]] = {
     "inertia_frame": _inertia_frame,
     "joint_axes": _joint_axes,
     "first_step": _first_step,
-    "declared_order": _declared_order,
+    "declared_order": _check_declared_order,
     "restitution": _restitution,
     "friction": _friction,
 }

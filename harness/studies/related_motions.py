@@ -39,7 +39,7 @@ class Related:
     """Factor by which the numbers become larger whose rounding changes the motion."""
 
 
-def related(trials: Trials, problem: Problem, setting: float, relation: Relation) -> Related:
+def relate(trials: Trials, problem: Problem, setting: float, relation: Relation) -> Related:
     """The problem, setting and start of the case, transformed by a relation."""
     case = trials.case
     coordinates = [coordinate.name for coordinate in case.state]
@@ -62,7 +62,7 @@ def holds(trials: Trials, relation: Relation) -> bool:
     return form is not None and defect(trials.case, form.equations, relation, moments, parameters) <= KEEPS
 
 
-def returned(trials: Trials, problem: Problem, setting: float) -> float | None:
+def measure_return(trials: Trials, problem: Problem, setting: float) -> float | None:
     """The distance from the start after the motion goes forward, is reversed, and comes back; None without a reversal."""
     (there,) = trials.solutions(problem, setting, [trials.start])
     home, end = trials.case.reversed(tuple(trials.start.tolist())), tuple(there[-1].tolist())

@@ -16,7 +16,7 @@ from gnomon.harness.studies.drift import rebuilt
 Row = dict[str, Any]
 
 
-def scored_states(path: Path, wanted: Callable[[Case], bool]) -> list[tuple[Scorer, Row, Floats]]:
+def read_scored_states(path: Path, wanted: Callable[[Case], bool]) -> list[tuple[Scorer, Row, Floats]]:
     """The measurements in the standard formulation of the installed cases that are `wanted`, with their states (64, dim).
 
     Left out are cases whose parameters have changed since they ran.

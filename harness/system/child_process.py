@@ -186,19 +186,19 @@ def leave_server(kept: int) -> None:
             os.close(descriptor)
 
 
-def scheduled_seconds(guard: int) -> tuple[float, float]:
+def read_scheduled_seconds(guard: int) -> tuple[float, float]:
     """Seconds that the child of a guard ran, and that it was ready to run while other processes had the processor.
 
     Of its main thread. Both are 0 if the system does not provide them, or if the child has ended.
     """
     with contextlib.suppress(OSError, ValueError, IndexError):
         child = Path(f"/proc/{guard}/task/{guard}/children").read_text().split()[0]
-        ran, queued = _scheduled(f"/proc/{child}")
+        ran, queued = _read_scheduled(f"/proc/{child}")
         return ran * 1e-9, queued * 1e-9
     return 0.0, 0.0
 
 
-def _scheduled(folder: str) -> tuple[int, int]:
+def _read_scheduled(folder: str) -> tuple[int, int]:
     """Nanoseconds that a process, or a thread, ran and was ready to run while others had the processor."""
     descriptor = os.open(f"{folder}/schedstat", os.O_RDONLY)  # faster than `open`
     try:
@@ -226,7 +226,7 @@ def run_delays() -> dict[str, int] | None:
         with contextlib.suppress(OSError):
             for thread in os.listdir(folder):
                 with contextlib.suppress(OSError, ValueError, IndexError):  # a thread may just have ended
-                    found[thread] = _scheduled(f"{folder}/{thread}")[1]
+                    found[thread] = _read_scheduled(f"{folder}/{thread}")[1]
     return found or None
 
 

@@ -53,7 +53,7 @@ class Lock:
     def __init__(self, path: Path, flags: int, lock: Callable[[int], None] = _lock_whole) -> None:
         """Raises BlockingIOError if it is held, OSError if the path cannot be opened or locked."""
         self.path = path
-        if held_descriptor(path) is not None:
+        if find_held(path) is not None:
             raise BlockingIOError(errno.EAGAIN, "locked by this process", str(path))
         _HELD.add(self)
         while not self._holds(path):  # the last holder may remove the path while this one opens it
@@ -93,7 +93,7 @@ if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=_leave_to_parent)
 
 
-def held_descriptor(path: Path) -> int | None:
+def find_held(path: Path) -> int | None:
     """The descriptor of a file that this process has locked, to read it by; None without a lock.
 
     Another descriptor of the file, when it is closed, would end SQLite's own locks of this process on it.

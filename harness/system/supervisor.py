@@ -23,7 +23,7 @@ from time import monotonic, sleep  # a user's own module may replace `time.monot
 from typing import IO, Any, Protocol, Self, TypeVar
 
 from gnomon.harness.system import child_process
-from gnomon.harness.system.child_process import processor_time, scheduled_seconds
+from gnomon.harness.system.child_process import processor_time, read_scheduled_seconds
 from gnomon.harness.system.memory import limit_memory
 from gnomon.harness.system.streams import redirect_output
 
@@ -106,7 +106,7 @@ class Limit:
         self._process, self._why, self._processor = process, why, processor
         self._began = monotonic()
         self._ends = self._began + seconds
-        self._ran, self._queued = scheduled_seconds(process)
+        self._ran, self._queued = read_scheduled_seconds(process)
         self._waited = 0.0
         self._used = 0.0 if processor == math.inf else processor_time(process)
 
@@ -120,7 +120,7 @@ class Limit:
             return f"no answer within {self._processor:g} s of processor time"
         if monotonic() <= self._ends:
             return None
-        waited = scheduled_seconds(self._process)[1] - self._queued
+        waited = read_scheduled_seconds(self._process)[1] - self._queued
         self._ends += waited
         self._queued += waited
         self._waited += waited
@@ -128,7 +128,7 @@ class Limit:
 
     def busy(self) -> bool:
         """Whether the process ran for BUSY of the time that it did not wait; False where the system does not tell."""
-        ran = scheduled_seconds(self._process)[0] - self._ran
+        ran = read_scheduled_seconds(self._process)[0] - self._ran
         return ran > BUSY * (monotonic() - self._began - self._waited)
 
 

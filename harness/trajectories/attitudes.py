@@ -33,7 +33,7 @@ def matrices(values: Floats, convention: str) -> Floats:
     if convention in QUATERNIONS:
         q = values[:, list(QUATERNIONS[convention])]
         _ensure_near_one(np.linalg.norm(q, axis=1), "the norm of a quaternion")
-        return np.asarray(_unnormalized(q))
+        return np.asarray(_rotate_unnormalized(q))
     from scipy.spatial.transform import Rotation  # takes a tenth of a second to load
 
     finite = np.where(np.isfinite(values), values, 0.0)
@@ -49,7 +49,7 @@ def _ensure_near_one(sizes: Floats, what: str) -> None:
         raise ValueError(f"row {row + 1}: {what} is {sizes[row]:.6g}, far from 1; name the columns of an attitude")
 
 
-def _unnormalized(q: Floats) -> Floats:
+def _rotate_unnormalized(q: Floats) -> Floats:
     """The matrices of quaternions x, y, z, w; of the second degree, so that a wrong norm shows in them."""
     x, y, z, w = q.T
     rows = [
@@ -74,7 +74,7 @@ def rates_are_of_body(case: Case, rates: Sequence[int], attitude: Sequence[int])
             return None
         equations, constants = form.equations, ()
     state = np.array([float(x) for x in case.initial_state])
-    turned = _unnormalized(np.array([[0.1, -0.5, 0.7, 0.5]]))[0]
+    turned = _rotate_unnormalized(np.array([[0.1, -0.5, 0.7, 0.5]]))[0]
     w = np.array([0.7, -0.4, 1.1])
     state[list(attitude)], state[list(rates)] = turned.reshape(-1), w
     parameters = (*(float(x) for x in case.parameter_values()), *constants)

@@ -14,7 +14,7 @@ import numpy as np
 from gnomon.cases import Case
 from gnomon.cases.core.numbers import nearest
 from gnomon.harness.registry import selection
-from gnomon.harness.results.visible import cut
+from gnomon.harness.results.visible import shorten
 from gnomon.harness.system import extras
 from gnomon.harness.trajectories import check_report
 from gnomon.harness.trajectories.columns import Trajectory, read_columns, states_of
@@ -179,7 +179,7 @@ def validate_bound(bound: Bound, case: Case) -> None:
     names = [coordinate.name for coordinate in case.state]
     for name, value in bound.items() if isinstance(bound, Mapping) else [("", bound)]:
         if name and name not in names:
-            raise ValueError(f"within {cut(name)}: {case.name} has no such coordinate; {nearest(name, names)}")
+            raise ValueError(f"within {shorten(name)}: {case.name} has no such coordinate; {nearest(name, names)}")
         if not 0 < value < math.inf:
             raise ValueError(f"within {name}{'=' * bool(name)}{value:g}: give a positive error")
 
@@ -265,7 +265,7 @@ def check(
     """
     chosen, accepted = _one_case(case), {accept} if isinstance(accept, str) else {*accept}
     for word in accepted - {*ACCEPTED}:
-        raise ValueError(f"accept={cut(repr(word))}: it is one of {', '.join(ACCEPTED)}")
+        raise ValueError(f"accept={shorten(repr(word))}: it is one of {', '.join(ACCEPTED)}")
     if within is not None:
         validate_bound(within, chosen)
     if states is not None and not hasattr(states, "keys") and not hasattr(states, "column_names"):
@@ -301,7 +301,7 @@ def check_trajectory(
 def _one_case(given: Any) -> Case:
     found = selection.find_cases([given])
     if len(found) != 1:
-        raise ValueError(f"case={cut(repr(given))}: {len(found)} cases have this name; give one")
+        raise ValueError(f"case={shorten(repr(given))}: {len(found)} cases have this name; give one")
     return found[0]
 
 

@@ -112,12 +112,12 @@ def lines(result: Result) -> list[str]:
     found = [f"{trajectory.source} against the exact motion of {result.case.id} ({stated})"]
     found += [f"  {line}" for line in (*trajectory.mapping, *trajectory.notes)]
     if result.comparison is not None:
-        found += _compared(result.comparison)
+        found += _describe_compared(result.comparison)
     found += [f"likely cause: {line}" for line in result.causes]
     return [visible(line) for line in [*found, result.verdict.text]]
 
 
-def _compared(found: Comparison) -> list[str]:
+def _describe_compared(found: Comparison) -> list[str]:
     times, units = found.times, {c.name: f" {c.unit}" * (c.unit != "1") for c in found.case.state}
     lines = [f"{len(times)} rows from t = {times[0]:.9g} s to {times[-1]:.9g} s", *_start(found)]
     lines.append("largest error by time, of the size of the motion:")

@@ -20,7 +20,7 @@ from gnomon.cases.core.formulation import Formulation
 from gnomon.cases.core.numbers import nearest
 from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.contract.problem import names_of
-from gnomon.harness.results.visible import cut
+from gnomon.harness.results.visible import shorten
 from gnomon.harness.trajectories.attitudes import EULER, QUATERNIONS, Y_UP, matrices, rates_are_of_body
 from gnomon.harness.trajectories.reading import Table
 from gnomon.harness.trajectories.units import factor_to
@@ -86,7 +86,7 @@ def read_columns(
     unless `is_partial`.
     """
     entries = [_entry(text, table) for text in split_columns(stated)]
-    for name in _repeated([target for entry in entries for target in entry.targets]):
+    for name in _find_repeated([target for entry in entries for target in entry.targets]):
         raise ValueError(f"--columns: {name} is given twice; give it one column")
     chart = _chart(case, table, entries)
     entries += _by_name(table, chart, entries)
@@ -102,18 +102,18 @@ def coordinate_sets(case: Case) -> list[Coordinates]:
     found = [own]
     for each in case.formulations:
         if each.clock is None:
-            units = _named_formulations().get(case.name, {}).get(each.name)
+            units = _read_formulations().get(case.name, {}).get(each.name)
             units = units or dict.fromkeys(names_of(case, each).coordinates, "")
             found.append(Coordinates(tuple(units), units, each))
     return found
 
 
 @lru_cache(maxsize=1)
-def _named_formulations() -> dict[str, dict[str, dict[str, str]]]:
+def _read_formulations() -> dict[str, dict[str, dict[str, str]]]:
     return tomllib.loads(Path(__file__).with_name("formulations.toml").read_text(encoding="utf-8"))
 
 
-def _repeated(names: Sequence[str]) -> list[str]:
+def _find_repeated(names: Sequence[str]) -> list[str]:
     return [name for place, name in enumerate(names) if name in names[:place]]
 
 
@@ -126,7 +126,7 @@ def split_columns(stated: Iterable[str] | Mapping[str, str] | None) -> list[str]
     parts = [stated] if isinstance(stated, str) else list(stated)
     found = [part.strip() for text in parts for part in re.split(r",(?![^\[(]*[\])])", text)]
     if not all(found):
-        raise ValueError(f"--columns {cut(','.join(parts))!r}: an empty part between commas; {SYNTAX}")
+        raise ValueError(f"--columns {shorten(','.join(parts))!r}: an empty part between commas; {SYNTAX}")
     return found
 
 
@@ -134,7 +134,7 @@ def _entry(text: str, table: Table) -> Entry:
     left, equals, right = text.rpartition("=")
     target, *options = (part.strip() for part in right.split(":"))
     if not equals or not left.strip() or not target:
-        raise ValueError(f"--columns {cut(text)!r}: {SYNTAX}")
+        raise ValueError(f"--columns {shorten(text)!r}: {SYNTAX}")
     targets = ("t",) if target.lower() in TIME else tuple(part.strip() for part in target.split("+"))
     return Entry(_columns(left.strip(), table), targets, tuple(options), text)
 
@@ -159,11 +159,13 @@ def _columns(left: str, table: Table) -> tuple[str, ...]:
     if "+" in left:
         return tuple(name for part in left.split("+") for name in _columns(part.strip(), table))
     if short:
-        raise ValueError(f"--columns {left}: several columns end so ({cut(', '.join(short))}); write the whole name")
-    raise ValueError(f"--columns: no column is called {cut(left)!r}; {_listed([*names, *table.groups], left)}")
+        raise ValueError(
+            f"--columns {left}: several columns end so ({shorten(', '.join(short))}); write the whole name"
+        )
+    raise ValueError(f"--columns: no column is called {shorten(left)!r}; {_list_names([*names, *table.groups], left)}")
 
 
-def _listed(names: Sequence[str], wanted: str) -> str:
+def _list_names(names: Sequence[str], wanted: str) -> str:
     if len(names) <= 30:
         return f"the file has {', '.join(names)}"
     return f"the file has {len(names)} columns: {nearest(wanted, names).removesuffix(': see gnomon list')}"
@@ -183,7 +185,7 @@ def _chart(case: Case, table: Table, entries: Sequence[Entry]) -> Coordinates:
         )
         attitude = f", {ATTITUDE}, {RATES}" if _attitude(case) else ""
         raise ValueError(
-            f"--columns: {case.name} has no coordinate {cut(wrong)!r}; it has t, {', '.join(sets[0].names)}{attitude}{others}"
+            f"--columns: {case.name} has no coordinate {shorten(wrong)!r}; it has t, {', '.join(sets[0].names)}{attitude}{others}"
         )
     if any(entry.targets in ((ATTITUDE,), (RATES,)) for entry in entries):
         return sets[0]
@@ -261,7 +263,7 @@ class _Mapper:
             targets = self._targets(entry)
             if len(entry.columns) != len(targets):
                 raise ValueError(
-                    f"--columns {cut(entry.text)}: {len(entry.columns)} columns for {len(targets)} numbers"
+                    f"--columns {shorten(entry.text)}: {len(entry.columns)} columns for {len(targets)} numbers"
                     f" ({', '.join(targets)}); give as many"
                 )
             self._take_vector(entry, targets, values, halves)
@@ -270,7 +272,7 @@ class _Mapper:
         table, names = self.table, self.chart.names
         if self.times is None:
             raise ValueError(
-                f"{table.source}: no column is called t or time; give --columns COLUMN=t, {_listed(list(table.columns), 't')}"
+                f"{table.source}: no column is called t or time; give --columns COLUMN=t, {_list_names(list(table.columns), 't')}"
             )
         missing = [name for name, present in zip(names, self.present, strict=True) if not present]
         formulation = self.chart.formulation
@@ -281,8 +283,8 @@ class _Mapper:
                 else ""
             )
             raise ValueError(
-                f"{table.source}: no column for {cut(', '.join(missing))} of {self.case.name}; give {way}"
-                f"; {_listed(list(table.columns), missing[0])}"
+                f"{table.source}: no column for {shorten(', '.join(missing))} of {self.case.name}; give {way}"
+                f"; {_list_names(list(table.columns), missing[0])}"
             )
         states, halves, present, notes = self.values, self.halves, self.present, list(table.notes)
         if formulation is not None:
@@ -308,7 +310,9 @@ class _Mapper:
             return entry.targets
         places = _rates(self.case)
         if not places:
-            raise ValueError(f"--columns {cut(entry.text)}: {self.case.name} has no three rates; name its coordinates")
+            raise ValueError(
+                f"--columns {shorten(entry.text)}: {self.case.name} has no three rates; name its coordinates"
+            )
         return tuple(self.chart.names[place] for place in places)
 
     def _unit(self, entry: Entry, unit: str, what: str, words: Sequence[str]) -> tuple[float, str]:
@@ -316,11 +320,11 @@ class _Mapper:
         given = [option for option in entry.options if option not in words]
         for option in given:
             if option in WORDS:
-                raise ValueError(f"--columns {cut(entry.text)}: {option} is not an option of {what}")
+                raise ValueError(f"--columns {shorten(entry.text)}: {option} is not an option of {what}")
         if len(given) > 1:
-            raise ValueError(f"--columns {cut(entry.text)}: two units, {given[0]} and {given[1]}; give one")
+            raise ValueError(f"--columns {shorten(entry.text)}: two units, {given[0]} and {given[1]}; give one")
         if given:
-            return factor_to(given[0], unit or "1", f"--columns {cut(entry.text)}"), given[0]
+            return factor_to(given[0], unit or "1", f"--columns {shorten(entry.text)}"), given[0]
         stated = self.table.units.get(entry.columns[0])
         if stated:
             return factor_to(stated, unit or "1", f"the header's unit of {entry.columns[0]}"), f"{stated}, by the file"
@@ -335,7 +339,7 @@ class _Mapper:
 
     def _take_time(self, entry: Entry, values: Floats, halves: Floats) -> None:
         if values.shape[1] != 1:
-            raise ValueError(f"--columns {cut(entry.text)}: {values.shape[1]} columns; the time is one")
+            raise ValueError(f"--columns {shorten(entry.text)}: {values.shape[1]} columns; the time is one")
         factor, unit = self._unit(entry, "s", "the time", ("first",))
         times = values[:, 0] * factor
         if "first" in entry.options:
@@ -351,7 +355,7 @@ class _Mapper:
         units = {self.chart.units[name] for name in targets}
         if len(units) > 1:
             raise ValueError(
-                f"--columns {cut(entry.text)}: {', '.join(targets)} have several units; map them one by one"
+                f"--columns {shorten(entry.text)}: {', '.join(targets)} have several units; map them one by one"
             )
         words = ("negative", "wrapped", *(("y-up",) if len(targets) == 3 else ()))
         words += ("body", "space", "y-up-space") if entry.targets == (RATES,) else ()
@@ -375,14 +379,14 @@ class _Mapper:
         """Rates along the axes of the case, from rates along the body's or space's axes."""
         given = {"body", "space"} & set(entry.options)
         if len(given) != 1:
-            raise ValueError(f"--columns {cut(entry.text)}: rates along which axes? add :body or :space")
+            raise ValueError(f"--columns {shorten(entry.text)}: rates along which axes? add :body or :space")
         own = rates_are_of_body(self.case, _rates(self.case), _attitude(self.case)) if _attitude(self.case) else None
         if own is None:
-            raise ValueError(f"--columns {cut(entry.text)}: {self.case.name} has no attitude; name its coordinates")
+            raise ValueError(f"--columns {shorten(entry.text)}: {self.case.name} has no attitude; name its coordinates")
         if own == ("body" in given):
             return values
         if self.attitude is None:
-            raise ValueError(f"--columns {cut(entry.text)}: to turn the rates, map the attitude too")
+            raise ValueError(f"--columns {shorten(entry.text)}: to turn the rates, map the attitude too")
         turn = "nji,nj->ni" if own else "nij,nj->ni"
         return np.asarray(np.einsum(turn, self.attitude, values))
 
@@ -390,19 +394,19 @@ class _Mapper:
         places = _attitude(self.case)
         if not places:
             raise ValueError(
-                f"--columns {cut(entry.text)}: {self.case.name} has no attitude; it has {', '.join(self.chart.names)}"
+                f"--columns {shorten(entry.text)}: {self.case.name} has no attitude; it has {', '.join(self.chart.names)}"
             )
         kinds = [o for o in entry.options if o in QUATERNIONS or o == "matrix" or EULER.fullmatch(o)]
         if len(kinds) != 1:
             raise ValueError(
-                f"--columns {cut(entry.text)}: how is the attitude written? add one of :wxyz, :xyzw, :matrix, or a sequence"
+                f"--columns {shorten(entry.text)}: how is the attitude written? add one of :wxyz, :xyzw, :matrix, or a sequence"
                 " of Euler angles as :ZYX (about the body's axes) or :zyx (about space's)"
             )
         (kind,) = kinds
         width = 4 if kind in QUATERNIONS else 9 if kind == "matrix" else 3
         if values.shape[1] != width:
             raise ValueError(
-                f"--columns {cut(entry.text)}: {values.shape[1]} columns, {kind} has {width}; give as many"
+                f"--columns {shorten(entry.text)}: {values.shape[1]} columns, {kind} has {width}; give as many"
             )
         is_euler = width == 3
         words = (kind, "y-up", "y-up-space", "conjugate", "transposed")

@@ -304,7 +304,7 @@ def compare(
     """
     case = case.rounded()
     trajectory = _in_sequence(trajectory, is_sorted_on_request)
-    rows = _wanted_rows(trajectory, first, last)
+    rows = _choose_rows(trajectory, first, last)
     finite = np.all(np.isfinite(trajectory.states[:, trajectory.present]), axis=1)
     bad = rows[~finite[rows]]
     if len(bad):
@@ -372,7 +372,7 @@ def _in_sequence(trajectory: Trajectory, is_sorted_on_request: bool) -> Trajecto
     )
 
 
-def _wanted_rows(trajectory: Trajectory, first: float | None, last: float | None) -> Places:
+def _choose_rows(trajectory: Trajectory, first: float | None, last: float | None) -> Places:
     times = trajectory.times
     if not len(times):
         raise NotCheckedError("no rows; give a file with the rows of a motion")

@@ -44,12 +44,12 @@ def compare_events(case: Case, times: Floats, states: Floats, metric: Metric) ->
     moments = [float(event.time) for event in case.events()]
     crowded = np.flatnonzero(np.histogram(moments, times)[0] > MOST_IN_A_GAP)
     rows = int(crowded[0]) + 1 if len(crowded) else len(times)
-    found, until = _located(case, times[:rows], states[:rows], metric)
+    found, until = _locate(case, times[:rows], states[:rows], metric)
     exact = [event for event in case.events() if event.time <= until and event.name != "limit"]
-    return _matched(found, exact, float(times[0]), until, float(np.max(np.diff(times))))
+    return _match(found, exact, float(times[0]), until, float(np.max(np.diff(times))))
 
 
-def _matched(
+def _match(
     found: Sequence[tuple[float, str]], exact: Sequence[Event], first: float, until: float, gap: float
 ) -> EventErrors:
     """Match each exact event with the nearest one found of its name, nearer than the half of the time to its neighbours."""
@@ -71,7 +71,7 @@ def _matched(
     return EventErrors(tuple(missed), tuple(extra), tuple(late), until)
 
 
-def _located(case: Case, times: Floats, states: Floats, metric: Metric) -> tuple[list[tuple[float, str]], float]:
+def _locate(case: Case, times: Floats, states: Floats, metric: Metric) -> tuple[list[tuple[float, str]], float]:
     """(time, name) of the events of a trajectory, and the time up to which they were told."""
     hybrid = case.hybrid
     assert hybrid is not None
@@ -98,7 +98,7 @@ def _located(case: Case, times: Floats, states: Floats, metric: Metric) -> tuple
                 found += fired
                 mode = new_mode
             elif not fired:
-                extra = _unexpected(hybrid, mode, without, usual)
+                extra = _find_unexpected(hybrid, mode, without, usual)
                 usual.append(without)
                 if extra is not None:
                     found.append(((t + after) / 2, extra.name))
@@ -116,7 +116,7 @@ def _distance(metric: Metric, a: State | None, b: Floats) -> float:
     return found if np.isfinite(found) else np.inf
 
 
-def _unexpected(hybrid: Hybrid, mode: str, jump: float, usual: Sequence[float]) -> Transition | None:
+def _find_unexpected(hybrid: Hybrid, mode: str, jump: float, usual: Sequence[float]) -> Transition | None:
     """The transition of a jump of the state that the equations do not have; None for a distance as between other rows."""
     if jump < LEAST_JUMP or jump < CLEARLY * float(np.median(usual or [0.0])):
         return None

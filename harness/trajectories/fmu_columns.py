@@ -16,7 +16,7 @@ from gnomon.cases import Case
 from gnomon.cases.core.numbers import nearest
 from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.registry import lookup
-from gnomon.harness.results.visible import cut
+from gnomon.harness.results.visible import shorten
 from gnomon.harness.trajectories.columns import GREEK, split_columns
 from gnomon.harness.trajectories.units import factor_to
 from gnomon.harness.verification.fmu.adapter import SAME, CoSimulation, FmuIntegrator, Links, ModelExchange, Variable
@@ -122,19 +122,21 @@ class _Mapping:
         left, equals, right = text.rpartition("=")
         left, (target, *options) = left.strip(), (part.strip() for part in right.split(":"))
         if not equals or not left or not target:
-            raise ValueError(f"--columns {cut(text)!r}: {SYNTAX}")
+            raise ValueError(f"--columns {shorten(text)!r}: {SYNTAX}")
         target = GREEK.get(target, target)
         number = self.coordinates.get(target) or self.parameters.get(target)
         if number is None:
             names = ", ".join([*self.coordinates, *self.parameters])
-            raise ValueError(f"--columns {cut(text)}: {self.case.name} has no number {cut(target)!r}; it has {names}")
+            raise ValueError(
+                f"--columns {shorten(text)}: {self.case.name} has no number {shorten(target)!r}; it has {names}"
+            )
         if left == FIXED and FIXED not in self.variables:
             if target in self.coordinates or options:
-                raise ValueError(f"--columns {cut(text)}: {FIXED} stands for the variable of a parameter; {SYNTAX}")
+                raise ValueError(f"--columns {shorten(text)}: {FIXED} stands for the variable of a parameter; {SYNTAX}")
             self._take(self.given, number, None, f"{number} is in the FMU, as you say", text)
             return
         variable = self._find_variable(left)
-        linked, unit = self._link(variable, number, options, f"--columns {cut(text)}")
+        linked, unit = self._link(variable, number, options, f"--columns {shorten(text)}")
         if target in self.parameters:
             self._require_settable(variable, number)
             self._take(self.given, number, linked, f"{variable.name} sets {target}{unit}", text)
@@ -145,7 +147,7 @@ class _Mapping:
 
     def _take(self, place: dict[str, Any], number: _Number, linked: Variable | None, told: str, text: str) -> None:
         if number.name in place:
-            raise ValueError(f"--columns {cut(text)}: {number.name} is given twice; give it one variable")
+            raise ValueError(f"--columns {shorten(text)}: {number.name} is given twice; give it one variable")
         place[number.name] = linked
         self.told.append(told)
 
@@ -158,9 +160,11 @@ class _Mapping:
             return self.variables[ending[0]]
         if ending:
             raise ValueError(
-                f"--columns {name}: several variables end so ({cut(', '.join(ending))}); write the whole name"
+                f"--columns {name}: several variables end so ({shorten(', '.join(ending))}); write the whole name"
             )
-        raise ValueError(f"--columns: {self.archive.path} has no real variable {cut(name)!r}; {self._list_names(name)}")
+        raise ValueError(
+            f"--columns: {self.archive.path} has no real variable {shorten(name)!r}; {self._list_names(name)}"
+        )
 
     def _list_names(self, name: str) -> str:
         return nearest(name, self.variables).removesuffix(": see gnomon list")
@@ -258,7 +262,7 @@ class _Mapping:
             settable = [each for each, variable in self.variables.items() if variable.causality == "parameter"]
             raise ValueError(
                 f"{self.archive.path}: no variable for {parameter}; give --columns VARIABLE={name}, or {FIXED}={name} if the"
-                f" FMU has this number in it; its parameters: {cut(', '.join(settable)) or 'none'}"
+                f" FMU has this number in it; its parameters: {shorten(', '.join(settable)) or 'none'}"
             )
         variable, linked, unit = found
         if _is_set(variable):
@@ -279,11 +283,11 @@ class _Mapping:
             if variable.reference not in [state.valueReference for state in own]:
                 raise ValueError(
                     f"{self.archive.path}: {variable.name}, mapped to {name}, is not a state of the FMU; its states are"
-                    f" {cut(', '.join(state.name for state in own)) or 'none'}"
+                    f" {shorten(', '.join(state.name for state in own)) or 'none'}"
                 )
         if sorted(left) != sorted(state.valueReference for state in own):
             raise ValueError(
-                f"{self.archive.path}: it has {len(own)} states ({cut(', '.join(state.name for state in own))}),"
+                f"{self.archive.path}: it has {len(own)} states ({shorten(', '.join(state.name for state in own))}),"
                 f" {self.case.name} has {len(left)}; only an FMU with the states of the case can be verified"
             )
 

@@ -7,7 +7,7 @@ from typing import Any
 import altair as alt
 import numpy as np
 from gnomon.harness.contract.integrator import Floats
-from gnomon.harness.reporting.style import QUIET, dressed
+from gnomon.harness.reporting.style import QUIET, dress
 from gnomon.harness.results.visible import visible
 from gnomon.harness.trajectories.comparison import Comparison, pick_evenly
 
@@ -29,7 +29,7 @@ def chart(found: Comparison, verdict: str, bound: float | None) -> Any:
         offset=14,
         anchor="start",
     )
-    return dressed(alt.vconcat(*panels, title=title, spacing=18).resolve_scale(color="independent"))
+    return dress(alt.vconcat(*panels, title=title, spacing=18).resolve_scale(color="independent"))
 
 
 def _time(found: Comparison) -> Any:

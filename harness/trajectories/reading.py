@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from gnomon.harness.results.visible import cut
+from gnomon.harness.results.visible import shorten
 from gnomon.harness.system import extras
 from gnomon.harness.trajectories.units import is_unit
 from numpy.typing import NDArray
@@ -139,7 +139,7 @@ def _keep_one_length(table: Table) -> None:
     gone = set(left_out)
     table.groups = {name: names for name, names in table.groups.items() if not gone & set(names)}
     if left_out:
-        table.notes.append(f"left out, with another length than {common}: {cut(', '.join(left_out))}")
+        table.notes.append(f"left out, with another length than {common}: {shorten(', '.join(left_out))}")
 
 
 def _half_ulp(array: Any) -> Floats | None:
@@ -167,14 +167,16 @@ def _read_text(path: Path) -> Table:
     for number, line in rest[:first]:
         if first and _is_number(_cells(line, separator)[0], comma):
             wrong = next((cell for cell in _cells(line, separator) if cell and not _is_number(cell, comma)), line)
-            raise ValueError(f"{path}:{number}: {cut(wrong)!r} is not a number; correct the line, or put # before it")
+            raise ValueError(
+                f"{path}:{number}: {shorten(wrong)!r} is not a number; correct the line, or put # before it"
+            )
     names, units = _header(rest[:first], comments, separator, width)
     if all(len(row) == width and not row[-1] for row in rows) and (not names or not names[-1] or len(names) < width):
         width, rows, names = width - 1, [row[:-1] for row in rows], names[: width - 1]
     if names and len(names) != width:
         number = rest[first][0]
         raise ValueError(
-            f"{path}:{number}: {width} values, and {len(names)} names in the header ({cut(', '.join(names))}); write one"
+            f"{path}:{number}: {width} values, and {len(names)} names in the header ({shorten(', '.join(names))}); write one"
             " name for each column, and decimal commas with ; between the columns"
         )
     table = Table(str(path), lines=[number for number, _ in rest[first:]], row_word="line")
@@ -183,7 +185,7 @@ def _read_text(path: Path) -> Table:
     shapes: dict[str, list[tuple[int, int, int | None]]] = {}
     for place, name in enumerate(names):
         if name in table.columns:
-            raise ValueError(f"{path}: two columns are called {cut(name)!r}; give each its own name")
+            raise ValueError(f"{path}: two columns are called {shorten(name)!r}; give each its own name")
         texts = [row[place] for row in rows]
         table.columns[name] = _floats(texts, comma, name, table)
         shapes[name] = [shape for text in texts if (shape := _shape(text, comma)) is not None]
@@ -240,7 +242,7 @@ def _layout(lines: Sequence[tuple[int, str]], path: Path) -> tuple[str, bool, in
         raise ValueError(f"{path}: only comments; give a file with rows of numbers")
     number, line = lines[0]
     raise ValueError(
-        f"{path}:{number}: no rows of two or more numbers follow {cut(line.strip(), 60)!r}; give a time and coordinates in"
+        f"{path}:{number}: no rows of two or more numbers follow {shorten(line.strip(), 60)!r}; give a time and coordinates in"
         " each row, with one of ; , | tab or space between them"
     )
 
@@ -276,7 +278,7 @@ def _floats(texts: Sequence[str], comma: bool, name: str, table: Table) -> Float
             found[row] = _number(text, comma)
         except (ValueError, OverflowError):
             raise ValueError(
-                f"{table.source}:{table.lines[row]}: {cut(name)} = {cut(text)!r} is not a number; correct the line, or put #"
+                f"{table.source}:{table.lines[row]}: {shorten(name)} = {shorten(text)!r} is not a number; correct the line, or put #"
                 " before it"
             ) from None
     return found
@@ -372,24 +374,26 @@ def _read_npz(path: Path) -> Table:
             for name in arrays.files:
                 _add_array(table, name, arrays[name])
     except (OSError, zipfile.BadZipFile, EOFError, KeyError) as error:
-        raise ValueError(f"{path}: not a whole file of NumPy ({cut(str(error))}); write it with numpy.savez") from None
+        raise ValueError(
+            f"{path}: not a whole file of NumPy ({shorten(str(error))}); write it with numpy.savez"
+        ) from None
     except ValueError as error:
         if "allow_pickle" in str(error) or "Object arrays" in str(error):
-            raise _pickled(path) from None
+            raise _refuse_pickle(path) from None
         raise
     return table
 
 
 def _add_array(table: Table, name: str, array: Any) -> None:
     if array.dtype.hasobject:
-        raise _pickled(Path(table.source))
+        raise _refuse_pickle(Path(table.source))
     if array.dtype.names is not None:
         table.add("" if len(table.columns) == 0 else name, array)
     else:
         table.add(name, array)
 
 
-def _pickled(path: Path) -> ValueError:
+def _refuse_pickle(path: Path) -> ValueError:
     return ValueError(
         f"{path}: it holds Python objects, which would be executed, and is not read; save plain arrays of numbers"
     )
@@ -412,7 +416,7 @@ def _read_mat(path: Path) -> Table:
     except Exception as error:  # damaged files raise many kinds
         if str(error).startswith(str(path)):
             raise
-        raise ValueError(f"{path}: not a whole file of MATLAB ({cut(str(error))}); write it with save") from None
+        raise ValueError(f"{path}: not a whole file of MATLAB ({shorten(str(error))}); write it with save") from None
     if {"Aclass", "name", "dataInfo", "data_1", "data_2"} <= set(found):
         return _read_modelica(path, found)
     table = Table(str(path))
@@ -477,7 +481,7 @@ def _read_hdf5(path: Path) -> Table:
         with h5py.File(path, "r") as file:
             file.visititems(visit)  # follows no link to another file
     except (OSError, RuntimeError, KeyError) as error:
-        raise ValueError(f"{path}: not a whole file of HDF5 ({cut(str(error))}); write it again") from None
+        raise ValueError(f"{path}: not a whole file of HDF5 ({shorten(str(error))}); write it again") from None
     return table
 
 
@@ -496,21 +500,23 @@ def _read_parquet(path: Path) -> Table:
     except (OSError, pyarrow.ArrowException) as error:
         if str(error).startswith(str(path)):
             raise
-        raise ValueError(f"{path}: not a whole file of Parquet ({cut(str(error))}); write it again") from None
+        raise ValueError(f"{path}: not a whole file of Parquet ({shorten(str(error))}); write it again") from None
     for name, column in zip(found.column_names, found.columns, strict=True):
         kind = column.type
         if pyarrow.types.is_floating(kind) or pyarrow.types.is_integer(kind):
             table.add(name, column.to_numpy())
         elif pyarrow.types.is_list(kind) or pyarrow.types.is_fixed_size_list(kind):
-            table.add(name, _stacked(column.to_pylist(), name, path))
+            table.add(name, _stack(column.to_pylist(), name, path))
     return table
 
 
-def _stacked(rows: Sequence[Any], name: str, path: Path) -> Floats:
+def _stack(rows: Sequence[Any], name: str, path: Path) -> Floats:
     try:
         return np.array(rows, dtype=np.float64)
     except (TypeError, ValueError):
-        raise ValueError(f"{path}: {cut(name)} has rows of different lengths; write as many numbers in each") from None
+        raise ValueError(
+            f"{path}: {shorten(name)} has rows of different lengths; write as many numbers in each"
+        ) from None
 
 
 # JSON
@@ -534,12 +540,14 @@ def _read_json(path: Path) -> Table:
     if isinstance(document, dict) and all(not isinstance(value, list) for value in document.values()):
         document = [document]
     if isinstance(document, list):
-        document = _transposed(document, path, lines)
+        document = _transpose(document, path, lines)
     if not isinstance(document, dict):
-        raise ValueError(f"{path}: {cut(repr(document), 40)} is not an object; give an object of numbers in each line")
+        raise ValueError(
+            f"{path}: {shorten(repr(document), 40)} is not an object; give an object of numbers in each line"
+        )
     for name, values in document.items():
         if isinstance(values, list) and not any(isinstance(each, str | dict | bool) for each in values):
-            table.add(name, _stacked(values, name, path))
+            table.add(name, _stack(values, name, path))
     return table
 
 
@@ -550,7 +558,7 @@ def _json_line(path: Path, number: int, line: str) -> Any:
         raise ValueError(f"{path}:{number}: not JSON ({error.msg}); give an object of numbers in each line") from None
 
 
-def _transposed(rows: list[Any], path: Path, lines: Sequence[int]) -> dict[str, list[Any]]:
+def _transpose(rows: list[Any], path: Path, lines: Sequence[int]) -> dict[str, list[Any]]:
     """The lists of the members of objects."""
     found: dict[str, list[Any]] = {}
     names = rows[0].keys() if rows and isinstance(rows[0], dict) else ()
@@ -558,7 +566,7 @@ def _transposed(rows: list[Any], path: Path, lines: Sequence[int]) -> dict[str, 
         where = f"{path}:{lines[place]}" if lines else f"{path}: row {place + 1}"
         if not isinstance(row, dict) or row.keys() != names:
             raise ValueError(
-                f"{where}: {cut(repr(row), 60)} has not the members of the first object; write all of them"
+                f"{where}: {shorten(repr(row), 60)} has not the members of the first object; write all of them"
             )
         for name, value in row.items():
             found.setdefault(name, []).append(value)
@@ -603,7 +611,7 @@ def read_frame(found: Any) -> Table:
         try:
             table.add(str(name), np.asarray(array))
         except (TypeError, ValueError) as error:
-            raise ValueError(f"column {cut(str(name))!r}: {error}; give numbers") from None
+            raise ValueError(f"column {shorten(str(name))!r}: {error}; give numbers") from None
     if not table.columns:
         raise ValueError("no columns of numbers; give arrays by name, as {'t': times, 'theta': angles}")
     _keep_one_length(table)

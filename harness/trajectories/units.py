@@ -5,7 +5,7 @@ import re
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from gnomon.harness.results.visible import cut
+from gnomon.harness.results.visible import shorten
 
 
 class Unit(NamedTuple):
@@ -79,7 +79,7 @@ def factor_to(text: str, wanted: str, what: str) -> float:
     angles = {unit.powers[3] for unit in (found, aim)}
     fits = without_angle[0] == without_angle[1] and (len(angles) == 1 or text.strip() in ("1", "-", "1/s"))
     if not fits:
-        raise ValueError(f"{what}: {cut(text)} is not a unit of a number in {wanted}; give another unit")
+        raise ValueError(f"{what}: {shorten(text)} is not a unit of a number in {wanted}; give another unit")
     return found.factor / aim.factor
 
 
@@ -93,4 +93,4 @@ def is_unit(text: str) -> bool:
 
 
 def _unknown(text: str) -> ValueError:
-    return ValueError(f"no unit is called {cut(text)!r}; write one of {', '.join(UNITS)}, or joined as deg/s")
+    return ValueError(f"no unit is called {shorten(text)!r}; write one of {', '.join(UNITS)}, or joined as deg/s")

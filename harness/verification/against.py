@@ -20,14 +20,14 @@ from typing import Any
 from gnomon.harness.contract.integrator import Integrator, Refused
 from gnomon.harness.contract.validation import Unusable
 from gnomon.harness.measuring.null_call import null_call
-from gnomon.harness.measuring.perturbed_starts import perturbed_states
+from gnomon.harness.measuring.perturbed_starts import perturb_start
 from gnomon.harness.measuring.prepared import Prepared
 from gnomon.harness.measuring.reference_solution import CaseSpec
 from gnomon.harness.measuring.trials import DEPTHS, Trials
 from gnomon.harness.registry import lookup, selection
 from gnomon.harness.registry.environment import library_version
 from gnomon.harness.studies.benchmarks import spread
-from gnomon.harness.verification.claims import TEXTS, TIME, Finding, Outcome, failed, not_applicable
+from gnomon.harness.verification.claims import TEXTS, TIME, Finding, Outcome, fail_claim, not_applicable
 from gnomon.harness.verification.other_version import Other
 from gnomon.harness.verification.program_process import ProgramProcess
 
@@ -46,7 +46,7 @@ MOST_NULL = 0.5
 ANSWER_SECONDS = 600.0
 
 
-def compared(named: str, names: Sequence[str], depth: str, other: Other) -> tuple[str, dict[str, Finding]]:
+def compare_versions(named: str, names: Sequence[str], depth: str, other: Other) -> tuple[str, dict[str, Finding]]:
     """Compare both versions under the integrator `named`: (text with versions and files, finding by case).
 
     Raises ValueError if a process cannot import the integrator, ends, or imports the files of the wrong version.
@@ -55,29 +55,29 @@ def compared(named: str, names: Sequence[str], depth: str, other: Other) -> tupl
     settings: dict[str, dict[str, Any]] = {}
     loaded = ""
     for _ in range(LAUNCHES):
-        present, before = sides = [_started(named, paths) for paths in (sys.path, [other.folder, *sys.path])]
+        present, before = sides = [_start(named, paths) for paths in (sys.path, [other.folder, *sys.path])]
         try:
             for name in names:
                 if name not in settings:
-                    settings[name] = _asked(present, other, case=name, depth=depth)
+                    settings[name] = _ask(present, other, case=name, depth=depth)
                 if "declined" in settings[name]:
                     times[name].append({"declined": f"the present version: {settings[name]['declined']}"})
                 else:
                     times[name].append(_launch(sides, other, case=name, depth=depth, **settings[name]))
-            loaded = loaded or _loaded(present, before, other)
+            loaded = loaded or _list_loaded(present, before, other)
         finally:
             for side in sides:
                 side.close()
     return loaded, {name: finding(times[name], other.label) for name in names}
 
 
-def _started(named: str, paths: Sequence[str]) -> ProgramProcess:
+def _start(named: str, paths: Sequence[str]) -> ProgramProcess:
     """A process that looks for modules in `paths` and answers the requests of `serve`."""
     program = f"import sys; sys.path[:] = {list(paths)!r}; from {__name__} import serve; serve({named!r})"
     return ProgramProcess([sys.executable, "-c", program], os.getcwd())
 
 
-def _asked(side: ProgramProcess, other: Other, **request: Any) -> dict[str, Any]:
+def _ask(side: ProgramProcess, other: Other, **request: Any) -> dict[str, Any]:
     try:
         found: dict[str, Any] = json.loads(side.ask(json.dumps(request), ANSWER_SECONDS))
     except (Unusable, TimeoutError) as error:
@@ -94,7 +94,7 @@ def _launch(sides: Sequence[ProgramProcess], other: Other, **request: Any) -> di
     """
     turns: tuple[list[dict[str, Any]], list[dict[str, Any]]] = ([], [])
     for side in islice(cycle((0, 1, 1, 0)), 4 * ROUNDS):
-        found = _asked(sides[side], other, **request)
+        found = _ask(sides[side], other, **request)
         if "declined" in found:
             return {"declined": f"{('the present version', other.label)[side]}: {found['declined']}"}
         turns[side].append(found)
@@ -102,9 +102,9 @@ def _launch(sides: Sequence[ProgramProcess], other: Other, **request: Any) -> di
     return least | {"error": [own[0]["error"] for own in turns], "named": turns[0][0]["named"]}
 
 
-def _loaded(present: ProgramProcess, before: ProgramProcess, other: Other) -> str:
+def _list_loaded(present: ProgramProcess, before: ProgramProcess, other: Other) -> str:
     """The files that both processes imported, as text. Raises ValueError unless they belong to two versions."""
-    now, then = (_asked(side, other, package=other.name, modules=other.modules) for side in (present, before))
+    now, then = (_ask(side, other, package=other.name, modules=other.modules) for side in (present, before))
     if not now["files"] or not then["files"]:
         raise ValueError(f"--against {other.label}: the integrator does not import {' or '.join(other.modules)}")
     theirs = [file for file in then["files"] if Path(file).is_relative_to(Path(other.folder).resolve())]
@@ -129,7 +129,9 @@ def finding(launches: Sequence[dict[str, Any]], label: str) -> Finding:
         f" {len(launches)} launches), with errors of {errors}"
     )
     if ratio["low"] > CLAIM:
-        return failed(launches[-1]["named"], f"at most {CLAIM} times the time of {label}", got, TEXTS[TIME]["reason"])
+        return fail_claim(
+            launches[-1]["named"], f"at most {CLAIM} times the time of {label}", got, TEXTS[TIME]["reason"]
+        )
     faster = ratio["high"] < 1 / CLAIM
     verdict = "faster" if faster else f"no difference of {CLAIM} times or more is shown"
     return Finding(Outcome.PASSED, setting=launches[-1]["named"], got=f"{verdict}: {got}")
@@ -153,7 +155,7 @@ def serve(named: str) -> None:
             integrator = lookup.find_one(named)
             stage = "declined"
             if "package" in request:
-                found = _imported(request["package"], request["modules"])
+                found = _describe_imported(request["package"], request["modules"])
             else:
                 case = request["case"]
                 series[case] = series.get(case) or _Series(integrator, case, request["depth"])
@@ -163,7 +165,7 @@ def serve(named: str) -> None:
         answers.write(json.dumps(found) + "\n")
 
 
-def _imported(package: str, modules: Sequence[str]) -> dict[str, Any]:
+def _describe_imported(package: str, modules: Sequence[str]) -> dict[str, Any]:
     """The version of a package, and the files of its modules that this process has imported."""
     own = [module for name, module in sorted(sys.modules.items()) if name.partition(".")[0] in modules]
     files = [str(Path(file).resolve()) for module in own if (file := getattr(module, "__file__", None))]
@@ -176,7 +178,7 @@ class _Series:
     def __init__(self, integrator: Integrator, name: str, depth: str) -> None:
         ((case, _),) = selection.choose([name], variants=False)
         self.trials = Trials.of(integrator, CaseSpec.of(case), DEPTHS[depth])
-        near = islice(perturbed_states(case, None, self.trials.reference.sizes), 64)
+        near = islice(perturb_start(case, None, self.trials.reference.sizes), 64)
         self.starts = cycle([self.trials.start, *near])
         self.solvers: dict[float, tuple[Prepared, float]] = {}
 

@@ -22,14 +22,14 @@ from gnomon.cases.core.registry import case_class, installed_names
 from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.contract.status import SCORED, Status
 from gnomon.harness.measuring.failures import status_of
-from gnomon.harness.measuring.perturbed_starts import perturbed_states
+from gnomon.harness.measuring.perturbed_starts import perturb_start
 from gnomon.harness.measuring.score import INACCURATE
 from gnomon.harness.measuring.trials import DEPTHS, Floats, Trials
 from gnomon.harness.results.regression import Verdict, compare
 from gnomon.harness.system.files import read_text
 from gnomon.harness.system.supervisor import run
 from gnomon.harness.verification.claims import Finding, Outcome
-from gnomon.harness.verification.verify import CaseJob, Row, planned
+from gnomon.harness.verification.verify import CaseJob, Row, plan_verification
 from gnomon.reference.numerics.precision import shortened
 from gnomon.reference.storage.version import VERSION
 
@@ -123,8 +123,8 @@ def measure(
         entries.extend(found)
         progress(row.case)
 
-    measured = partial(_measured, runs)
-    chosen = [case for case, _ in planned(integrator, names, depth)]
+    measured = partial(_find_measured, runs)
+    chosen = [case for case, _ in plan_verification(integrator, names, depth)]
     if not chosen:
         raise ValueError(f"no case has a form that {integrator.id} accepts, so there is nothing to measure")
     run([CaseJob(integrator, case, DEPTHS[depth], add, ["measured"], measured, runs) for case in chosen], workers)
@@ -141,14 +141,14 @@ def measure(
     return Baseline(integrator.id, depth, VERSION, tuple(entries))
 
 
-def _measured(runs: int, trials: Trials) -> Finding:
+def _find_measured(runs: int, trials: Trials) -> Finding:
     return Finding(Outcome.PASSED, got=json.dumps(_entries(trials, runs)))
 
 
 def _entries(trials: Trials, runs: int) -> list[dict[str, Any]]:
     case = trials.case
     numbers = json.dumps({name: str(value) for name, value in case.numbers.items()} | {"span": str(case.span)})
-    starts = [trials.start, *islice(perturbed_states(case, None, trials.reference.sizes), runs - 1)]
+    starts = [trials.start, *islice(perturb_start(case, None, trials.reference.sizes), runs - 1)]
     return [
         asdict(
             Entry(
@@ -208,7 +208,7 @@ def case_names(base: Baseline, given: Sequence[str] = ()) -> list[str]:
     return list(dict.fromkeys(known[entry.case] + entry.case_id.removeprefix(entry.case) for entry in base.entries))
 
 
-def compared(base: Baseline, run: Baseline) -> Verdict:
+def compare_with_baseline(base: Baseline, run: Baseline) -> Verdict:
     """The verdict of the regression check on a run against a baseline, with all changes of numbers, better or worse.
 
     Notes name bounds that another version of gnomon changed. Raises ValueError if nothing can be compared.

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 from gnomon.harness.contract.integrator import Refused
 from gnomon.harness.measuring.trials import Floats, Trials
-from gnomon.harness.verification.claims import Finding, claim, failed, not_applicable, passed
+from gnomon.harness.verification.claims import Finding, claim, fail_claim, not_applicable, pass_claim
 from gnomon.harness.verification.convergence_claims import same_solution
 
 FAR = 2.0**-10
@@ -57,12 +57,14 @@ def _start_kept(trials: Trials) -> Finding:
     for what, (right, left) in pairs.items():
         if not np.array_equal(right, left, equal_nan=True):
             apart = float(np.max(np.abs(right - left)))
-            return failed(trials.named(trials.usual()), f"the same {what} after the call", f"changed by {apart:.2g}")
-    return passed()
+            return fail_claim(
+                trials.named(trials.usual()), f"the same {what} after the call", f"changed by {apart:.2g}"
+            )
+    return pass_claim()
 
 
 @claim("aliasing")
-def _aliased(trials: Trials) -> Finding:
+def _check_aliasing(trials: Trials) -> Finding:
     """States returned by an earlier call must not change with the next call."""
     problem = trials.problem()
     with trials.prepared(problem, trials.usual()) as solver:
@@ -88,10 +90,10 @@ def _ensemble(trials: Trials) -> Finding:
 
 def same_bits(trials: Trials, first: Floats, second: Floats, what: str) -> Finding:
     if np.array_equal(first, second, equal_nan=True):
-        return passed()
+        return pass_claim()
     different = int(np.argmax(np.any(first != second, axis=1)))
     apart = float(np.max(trials.distance(second, first)))
-    return failed(
+    return fail_claim(
         trials.named(trials.usual()), f"the same bits: {what}", f"{apart:.2g} apart, first at sample {different + 1}"
     )
 
@@ -123,14 +125,14 @@ def _tolerance_effect(trials: Trials) -> Finding:
     assert loose.states is not None
     assert tight.states is not None
     if not np.array_equal(loose.states, tight.states):
-        return passed()
+        return pass_claim()
     if np.max(np.abs(np.diff(trials.reference.exact / trials.reference.sizes, DIFFERENCES, axis=0))) < POLYNOMIAL:
         return not_applicable("the motion is a polynomial, which may be exact at any tolerance")
     last = replace(trials.problem(), times=trials.problem().times[-1:])
     first, second = (trials.solutions(last, answer.setting, [trials.start])[0] for answer in (loose, tight))
     if not np.array_equal(first, second):
-        return passed()
-    return failed(f"tolerances {loose.setting:g} and {tight.setting:g}", "states that differ", "the same bits")
+        return pass_claim()
+    return fail_claim(f"tolerances {loose.setting:g} and {tight.setting:g}", "states that differ", "the same bits")
 
 
 @claim("bad_start", answers)
@@ -139,8 +141,8 @@ def _bad_start(trials: Trials) -> Finding:
         # At the cheapest setting: for bad states an implicit method makes all its iterations in every step.
         found = trials.outcome(trials.problem(), trials.settings[0], np.full_like(trials.start, value))
         if found.solution is not None and np.all(np.isfinite(found.states)):
-            return failed(f"start {value}", "no finite states", "finite states")
-    return passed()
+            return fail_claim(f"start {value}", "no finite states", "finite states")
+    return pass_claim()
 
 
 @claim("bad_setting", answers)
@@ -149,5 +151,5 @@ def _bad_setting(trials: Trials) -> Finding:
         kind = "step size" if trials.steps else "tolerance"
         solution = trials.outcome(trials.problem(), setting, trials.start).solution
         if solution is not None and solution.stopped is None and np.all(np.isfinite(solution.states)):
-            return failed(f"{kind} {setting:g}", "refused, or no finite states", "finite states")
-    return passed()
+            return fail_claim(f"{kind} {setting:g}", "refused, or no finite states", "finite states")
+    return pass_claim()

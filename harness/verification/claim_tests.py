@@ -16,12 +16,12 @@ from gnomon.harness.measuring.reference_solution import CaseSpec
 from gnomon.harness.measuring.score import INACCURATE
 from gnomon.harness.measuring.trials import DEPTHS, Answer, Depth, Trials
 from gnomon.harness.registry import selection
-from gnomon.harness.results.visible import shown
+from gnomon.harness.results.visible import show
 from gnomon.harness.system import extras
 from gnomon.harness.verification.claims import Finding, Outcome
-from gnomon.harness.verification.convergence_claims import allowed_error
+from gnomon.harness.verification.convergence_claims import sum_allowed_errors
 from gnomon.harness.verification.verification_report import command, failure, read_known
-from gnomon.harness.verification.verify import ACCURACY, CLAIMS, FOLLOWS, Report, Row, planned
+from gnomon.harness.verification.verify import ACCURACY, CLAIMS, FOLLOWS, Report, Row, plan_verification
 
 if TYPE_CHECKING:
     import pytest
@@ -55,22 +55,22 @@ class ClaimTest:
         """The mark of an expected failure, if this failure is known. pytest reports a known failure that passes."""
         import pytest  # of the extra `test`, like the imports below: who only verifies needs none
 
-        return [pytest.mark.xfail(reason=shown(known[self.key]), strict=False)] if self.key in known else []
+        return [pytest.mark.xfail(reason=show(known[self.key]), strict=False)] if self.key in known else []
 
     def __call__(self) -> None:
         import pytest  # as above
 
         found = self._finding(self.claim)
         if found.outcome == Outcome.NOT_CHECKED:
-            raise AssertionError(shown(f"{self.claim} on {self.case.id} was not checked: {found.why}"))
+            raise AssertionError(show(f"{self.claim} on {self.case.id} was not checked: {found.why}"))
         if self.claim == FOLLOWS and found.outcome == Outcome.PASSED:
             self._require_accuracy()
         if found.outcome == Outcome.NOT_APPLICABLE:
-            pytest.skip(shown(found.why))
+            pytest.skip(show(found.why))
         if found.outcome == Outcome.FAILED:
             row, report = Row(self.claim, self.case.id, found), Report(self.integrator.id, self.depth.name)
             alone = [f"  command:  {command(report, row, self.how)}"] if self.how else []
-            raise AssertionError("\n".join(map(shown, [*failure(row), *alone])))
+            raise AssertionError("\n".join(map(show, [*failure(row), *alone])))
 
     def _finding(self, claim: str) -> Finding:
         return _finding(self.integrator, CaseSpec.of(self.case), self.depth, claim)
@@ -83,7 +83,7 @@ class ClaimTest:
             gaps = Report(self.integrator.id, self.depth.name, rows, cases=(self.case.id,)).gaps()
             if not gaps:
                 return
-        raise AssertionError("\n".join(map(shown, gaps)))
+        raise AssertionError("\n".join(map(show, gaps)))
 
 
 @lru_cache(maxsize=256)
@@ -106,7 +106,7 @@ def claim_tests(
     """
     found = [
         ClaimTest(integrator, case, claim, DEPTHS[depth], how)
-        for case, claims in planned(integrator, names, depth)
+        for case, claims in plan_verification(integrator, names, depth)
         for claim in claims
     ]
     if not found:
@@ -200,7 +200,7 @@ def assert_follows(
     if within is None and trials.steps:
         raise ValueError(f"{integrator.id} takes step sizes, which bound no error; give within=, the largest error")
     answer = trials.whole(setting)
-    allowed = allowed_error(trials, setting, answer) if within is None else within
+    allowed = sum_allowed_errors(trials, setting, answer) if within is None else within
     if within is None and not allowed < INACCURATE and not answer.declined:
         raise ValueError(
             f"{integrator.id}: tolerance {setting:g} bounds the error by {allowed:.2g} of the size of the motion, which says"
@@ -208,7 +208,7 @@ def assert_follows(
         )
     if not answer.declined and answer.error <= allowed:
         return
-    raise AssertionError("\n".join(map(shown, _departure(trials, answer, allowed))))
+    raise AssertionError("\n".join(map(show, _departure(trials, answer, allowed))))
 
 
 def _departure(trials: Trials, answer: Answer, allowed: float) -> list[str]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Any
 
-from gnomon.harness.contract.declared import declared
+from gnomon.harness.contract.declared import read_declared
 from gnomon.harness.contract.integrator import Unsupported
 from gnomon.harness.measuring.trials import Trials
 from gnomon.harness.studies import preflight
@@ -39,7 +39,7 @@ class Finding:
     got: str = ""
 
 
-def passed(got: str = "") -> Finding:
+def pass_claim(got: str = "") -> Finding:
     return Finding(Outcome.PASSED, got=got)
 
 
@@ -51,16 +51,16 @@ def not_checked(why: str) -> Finding:
     return Finding(Outcome.NOT_CHECKED, why)
 
 
-def failed(setting: str, expected: str, got: str, why: str = "") -> Finding:
+def fail_claim(setting: str, expected: str, got: str, why: str = "") -> Finding:
     return Finding(Outcome.FAILED, why, setting, expected, got)
 
 
 def within(allowed: float, got: float, setting: str, expected: str) -> Finding:
     """Whether a number is at most as large as allowed."""
-    return passed(f"{got:.2g}") if got <= allowed else failed(setting, expected, f"{got:.2g}")
+    return pass_claim(f"{got:.2g}") if got <= allowed else fail_claim(setting, expected, f"{got:.2g}")
 
 
-TEXTS: dict[str, dict[str, Any]] = declared("verification", "claims.toml") | preflight.TEXTS
+TEXTS: dict[str, dict[str, Any]] = read_declared("verification", "claims.toml") | preflight.TEXTS
 """The statement, reason and bound of each claim by id, the most informative claims first, then of each pre-flight."""
 TIME = "time"
 """The claim about two versions; only `gnomon verify --against` makes it."""
@@ -97,7 +97,7 @@ class Claim:
         except Unsupported as error:
             return not_applicable(f"unsupported: {error}")
         except Exception as error:  # the user's code may raise anything; the next claims are still verified
-            return failed("", "an answer", f"{type(error).__name__}: {error}", self.reason)
+            return fail_claim("", "an answer", f"{type(error).__name__}: {error}", self.reason)
         return found if found.why or found.outcome != Outcome.FAILED else replace(found, why=self.reason)
 
 

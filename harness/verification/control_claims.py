@@ -16,7 +16,7 @@ from gnomon.harness.contract.integrator import Problem
 from gnomon.harness.measuring.solved import Solved
 from gnomon.harness.measuring.trials import HALF_ULP, SHORT, Floats, Trials
 from gnomon.harness.results.convergence_order import LARGEST_ERROR
-from gnomon.harness.verification.claims import Finding, claim, failed, not_applicable, passed
+from gnomon.harness.verification.claims import Finding, claim, fail_claim, not_applicable, pass_claim
 from gnomon.harness.verification.equation_claims import plain_form, takes_accelerations, takes_plain
 from gnomon.harness.verification.quadrature_claim import ROUNDINGS
 
@@ -104,7 +104,7 @@ def _steps(found: Solved, calls: int = CALLS) -> float:
     return steps or (found.calls or math.inf) / calls
 
 
-def _resolved(trials: Trials) -> tuple[float, _Motion | None]:
+def _resolve_wave(trials: Trials) -> tuple[float, _Motion | None]:
     """(tolerance, motion): a wave of so many steps as are wanted; without a solution of it, an eighth of the case's span.
 
     A program may know cases by their names only. None if the case has events, between which a motion has corners.
@@ -130,7 +130,7 @@ def _many_samples(trials: Trials) -> Finding:
 
     If each sample takes a step of its own, the many are compared with the error of the last sample alone.
     """
-    tolerance, motion = _resolved(trials)
+    tolerance, motion = _resolve_wave(trials)
     if motion is None:
         return not_applicable("it takes no plain equations, and between events a motion has corners")
     (few, sparse), (many, dense) = (motion.solved(trials, tolerance, samples) for samples in (FEW, MANY))
@@ -150,12 +150,14 @@ def _many_samples(trials: Trials) -> Finding:
     allowed = WORSE * max(before, least) * (max(more, 1.0) if math.isfinite(more) else 1.0)
     setting = f"{trials.named(tolerance)}, {MANY} samples"
     if not error <= allowed:
-        return failed(setting, f"an error below {allowed:.2g}, as at {samples} of them ({before:.2g})", f"{error:.2g}")
+        return fail_claim(
+            setting, f"an error below {allowed:.2g}, as at {samples} of them ({before:.2g})", f"{error:.2g}"
+        )
     jump = float(np.max(np.abs(np.diff(dense, axis=0))))
     if RESOLVED * _steps(few) > MANY or jump <= max(JUMP * error, least):
-        return passed(f"{error:.2g}, at {samples} {before:.2g}")
+        return pass_claim(f"{error:.2g}, at {samples} {before:.2g}")
     expected = f"an error that changes by less than {JUMP * error:.2g} from sample to sample"
-    return failed(setting, expected, f"{jump:.2g}: the samples jump at the ends of steps")
+    return fail_claim(setting, expected, f"{jump:.2g}: the samples jump at the ends of steps")
 
 
 @dataclass(frozen=True)
@@ -196,7 +198,7 @@ def _separate(accelerations: bool) -> Form:
     return SecondOrder(function) if accelerations else FirstOrder(function)
 
 
-def _arranged(trials: Trials, arrangement: _Arrangement, tolerance: float) -> tuple[Solved, float, float]:
+def _solve_arranged(trials: Trials, arrangement: _Arrangement, tolerance: float) -> tuple[Solved, float, float]:
     """(outcome, error of the fast variables at the end, largest number of the state there or at the start)."""
     accelerations, sizes = takes_accelerations(trials), np.array(arrangement.sizes)
     fast = np.isin(PLACES, arrangement.fast)
@@ -222,11 +224,11 @@ def _arranged(trials: Trials, arrangement: _Arrangement, tolerance: float) -> tu
 @claim("error_norm", lambda trials: _tolerance(trials) or takes_plain(trials), once=True)
 def _error_norm(trials: Trials) -> Finding:
     """The error of one fast variable at each place, alone and beside a large one, and of two with opposite signs."""
-    tolerance, _ = _usable(trials, lambda tolerance: _arranged(trials, ALONE[0], tolerance)[0])
+    tolerance, _ = _usable(trials, lambda tolerance: _solve_arranged(trials, ALONE[0], tolerance)[0])
     for group in (ALONE, BESIDE, OPPOSITE):
         errors = []
         for arrangement in group:
-            found, error, largest = _arranged(trials, arrangement, tolerance)
+            found, error, largest = _solve_arranged(trials, arrangement, tolerance)
             if found.solution is None or found.solution.stopped:
                 why = found.reason if found.solution is None else found.solution.stopped
                 return not_applicable(f"no solution with {arrangement} at {trials.named(tolerance)}: {why}")
@@ -236,11 +238,11 @@ def _error_norm(trials: Trials) -> Finding:
             allowed = steps * math.sqrt(found.solution.states.shape[2]) * tolerance * largest * GROWTH
             if not error <= allowed:
                 expected = f"an error below {allowed:.2g}, with {arrangement}"
-                return failed(trials.named(tolerance), expected, f"{error:.2g} with {steps:.0f} steps at most")
+                return fail_claim(trials.named(tolerance), expected, f"{error:.2g} with {steps:.0f} steps at most")
             errors.append(error)
         least, worst = min(errors), int(np.argmax(errors))
         allowed = APART * max(least, tolerance)
         if errors[worst] > allowed:
             expected = f"an error below {allowed:.2g} with {group[worst]}, as with other places of these variables"
-            return failed(trials.named(tolerance), f"{expected} ({least:.2g})", f"{errors[worst]:.2g}")
-    return passed()
+            return fail_claim(trials.named(tolerance), f"{expected} ({least:.2g})", f"{errors[worst]:.2g}")
+    return pass_claim()

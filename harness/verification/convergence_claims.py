@@ -15,10 +15,10 @@ from gnomon.harness.verification.claims import (
     Finding,
     Outcome,
     claim,
-    failed,
+    fail_claim,
     not_applicable,
     not_checked,
-    passed,
+    pass_claim,
     within,
 )
 from gnomon.harness.verification.function_adapter import Stepped
@@ -56,10 +56,10 @@ def _ran(trials: Trials) -> Finding:
     for answer in answers:
         lost = math.isnan(answer.error) if answer.status == Status.OK else not answer.refused
         if lost and not answer.stopped:
-            return failed(trials.named(answer.setting), "finite states, or a reason why there are none", answer.why)
+            return fail_claim(trials.named(answer.setting), "finite states, or a reason why there are none", answer.why)
     if all(answer.refused for answer in answers):
         return not_applicable(f"it declines: {answers[-1].why}")
-    return passed()
+    return pass_claim()
 
 
 @claim("follows")
@@ -83,11 +83,11 @@ def _follows(trials: Trials) -> Finding:
             continue
         allowed = NEAR * covered + ABOVE_FLOOR_ON_A_LINE * answer.roundoff
         if answer.error <= allowed:
-            return passed(f"{answer.error:.2g}")
+            return pass_claim(f"{answer.error:.2g}")
         if must:
             part = f" over 1/{2**halvings} of the span" * (halvings > 0)
             expected = f"states within {allowed:.2g} of the exact motion, which covers {covered:.2g}"
-            return failed(f"{trials.named(answer.setting)}{part}", expected, f"{answer.error:.2g}")
+            return fail_claim(f"{trials.named(answer.setting)}{part}", expected, f"{answer.error:.2g}")
     return not_checked("no part of the span is so short that a method of order 1 must follow it")
 
 
@@ -135,7 +135,7 @@ def _has_order(trials: Trials) -> str | None:
     return "it declares no order" if trials.integrator.order is None else None
 
 
-def _fixed_order(trials: Trials) -> str | None:
+def _explain_order(trials: Trials) -> str | None:
     return _has_order(trials) or ("with events error/h^order is not smooth" if trials.case.hybrid is not None else None)
 
 
@@ -171,18 +171,18 @@ def slope_of(points: Sequence[Point], order: int, what: str) -> Finding:
     pairs = [(usable[-FEWEST], usable[-1]), (usable[-2], usable[-1]), (above[-2], above[-1])]
     slope = max(math.log(coarse[1] / fine[1]) / math.log(coarse[0] / fine[0]) for coarse, fine in pairs)
     if slope >= order - MARGIN:
-        return passed(f"{slope:.2f}")
-    return failed(
+        return pass_claim(f"{slope:.2f}")
+    return fail_claim(
         f"h = {h0:.3g} to {h1:.3g}", f"{what} proportional to h^{order}", f"h^{slope:.2f} ({e0:.2g} to {e1:.2g})"
     )
 
 
-@claim("order", _fixed_order)
+@claim("order", _explain_order)
 def _order(trials: Trials) -> Finding:
     return slope_of(_points(trials.answers()), trials.order, "errors over the whole span")
 
 
-@claim("step_order", _fixed_order)
+@claim("step_order", _explain_order)
 def _step_order(trials: Trials) -> Finding:
     """The order of one step, from 64 steps over spans that are halved again and again; then the error of 64 tiny steps.
 
@@ -199,10 +199,10 @@ def _step_order(trials: Trials) -> Finding:
     allowed = on_line(in_range(points), power, h, tiny.roundoff)
     if tiny.declined or tiny.error <= allowed:
         return found
-    return failed(f"h = {h:.3g}", f"errors of a step below {allowed:.2g}", f"{tiny.error:.2g}")
+    return fail_claim(f"h = {h:.3g}", f"errors of a step below {allowed:.2g}", f"{tiny.error:.2g}")
 
 
-@claim("order_short", _fixed_order)
+@claim("order_short", _explain_order)
 def _order_short(trials: Trials) -> Finding:
     """The order over a 64th of the span, or a shorter part, in which 64 steps have a small error.
 
@@ -213,7 +213,9 @@ def _order_short(trials: Trials) -> Finding:
         return not_applicable(f"64 steps over a short span have no error below {LARGEST_ERROR:g}")
     what, last = f"errors over 1/{2**halvings} of the span", answers[-1]
     if last.error >= LARGEST_ERROR:
-        return failed(f"h = {last.setting:.3g}", f"{what} below {LARGEST_ERROR:g}, as of 64 steps", f"{last.error:.2g}")
+        return fail_claim(
+            f"h = {last.setting:.3g}", f"{what} below {LARGEST_ERROR:g}, as of 64 steps", f"{last.error:.2g}"
+        )
     return slope_of(_points(answers), trials.order, what)
 
 
@@ -230,7 +232,7 @@ def _points(answers: Sequence[Answer]) -> list[Point]:
     return [(answer.setting, answer.error, answer.roundoff) for answer in answers]
 
 
-def fitted_slope(lines: Sequence[Sequence[tuple[float, float]]]) -> tuple[float, float]:
+def fit_slope(lines: Sequence[Sequence[tuple[float, float]]]) -> tuple[float, float]:
     """(slope, upper end of its interval), fitted to lines of (x, y) with one common slope and a constant each."""
     centred = [np.array(line) - np.mean(line, axis=0) for line in lines]
     x, y = np.concatenate(centred).T
@@ -270,7 +272,7 @@ def _error(trials: Trials) -> Finding:
     """Also with events: if they are located with a lower order, the error falls more slowly."""
     points = [point for point in _points(trials.answers()) if not math.isnan(point[1])]
     if points and all(error <= ABOVE_FLOOR_ON_A_LINE * roundoff for _, error, roundoff in points):
-        return passed("round-off at all settings")
+        return pass_claim("round-off at all settings")
     if trials.integrator.order is None:
         return _steady_order(points, trials)
     first = next((k for k, (_, error, _) in enumerate(points) if error < LARGEST_ERROR), len(points))
@@ -279,9 +281,9 @@ def _error(trials: Trials) -> Finding:
         return not_applicable(f"{len(points)} settings with an error below {LARGEST_ERROR:g}")
     worse = above_line(points, trials.order)
     if worse is None:
-        return passed()
+        return pass_claim()
     h, error, allowed = worse
-    return failed(f"h = {h:.6g}", f"error below {allowed:.2g}", f"{error:.2g}")
+    return fail_claim(f"h = {h:.6g}", f"error below {allowed:.2g}", f"{error:.2g}")
 
 
 def _steady_order(points: Sequence[Point], trials: Trials) -> Finding:
@@ -291,7 +293,7 @@ def _steady_order(points: Sequence[Point], trials: Trials) -> Finding:
         pairs = itertools.pairwise(usable[-FEWEST:])
         slopes = [math.log(coarse[1] / fine[1]) / math.log(coarse[0] / fine[0]) for coarse, fine in pairs]
         if len(slopes) == FEWEST - 1 and min(slopes) > 1 - STEADY and max(slopes) - min(slopes) < 2 * STEADY:
-            return passed(f"order {slopes[-1]:.2f} found")
+            return pass_claim(f"order {slopes[-1]:.2f} found")
     shown = ", ".join(f"{slope:.2f}" for slope in slopes) or "too few small errors"
     return not_checked(f"it declares no order, and its errors show no steady one of at least 1 ({shown})")
 
@@ -300,7 +302,9 @@ def _tolerance_applies(trials: Trials) -> str | None:
     return "its setting is a step size" if trials.steps else None
 
 
-def allowed_error(trials: Trials, tolerance: float, answer: Answer, halvings: int = 0, last: bool = False) -> float:
+def sum_allowed_errors(
+    trials: Trials, tolerance: float, answer: Answer, halvings: int = 0, last: bool = False
+) -> float:
     """The sum of all local errors that the tolerance allows, at the worst sample or at the last one, plus round-off.
 
     Each step may add `tolerance` times the size of the state in each component, so sqrt(dim) times that in the norm;
@@ -321,23 +325,23 @@ def same_solution(trials: Trials, states: Floats, what: str, roundings: float = 
     named = trials.named(alone.setting)
     if alone.states is None or alone.declined or math.isnan(alone.error):
         return not_applicable(f"no solution at {named}: {alone.why}")
-    last = dense(trials)
+    last = is_dense(trials)
     apart = float(np.max(trials.distance(states, alone.states)[-1 if last else 0 :]))
     at_steps = roundings * alone.roundoff + share * alone.error
-    allowed = at_steps if trials.steps else 2 * allowed_error(trials, alone.setting, alone, last=last)
+    allowed = at_steps if trials.steps else 2 * sum_allowed_errors(trials, alone.setting, alone, last=last)
     if not allowed < math.inf:
         return not_applicable("it counts neither steps nor right-hand sides: its tolerance bounds no error")
     return within(allowed, apart, named, f"{what} within {allowed:.2g} of the solution from the start alone")
 
 
-def dense(trials: Trials) -> bool:
+def is_dense(trials: Trials) -> bool:
     """Whether an adaptive method interpolates: then the interpolant adds its own error at all samples but the last."""
     return not trials.steps and trials.integrator.sampling == "dense output"
 
 
 def _error_of_steps(trials: Trials, answer: Answer) -> float:
     """The error of an adaptive method's steps: with dense output at the last sample, without an interpolant's error."""
-    return answer.last if dense(trials) else answer.error
+    return answer.last if is_dense(trials) else answer.error
 
 
 def _over_tolerance(trials: Trials, answers: Sequence[tuple[int, Answer]]) -> Finding:
@@ -350,20 +354,20 @@ def _over_tolerance(trials: Trials, answers: Sequence[tuple[int, Answer]]) -> Fi
         if answer.declined:
             continue
         error = _error_of_steps(trials, answer)
-        allowed = allowed_error(trials, answer.setting, answer, halvings, last=dense(trials) or halvings > 0)
+        allowed = sum_allowed_errors(trials, answer.setting, answer, halvings, last=is_dense(trials) or halvings > 0)
         if not allowed < LARGEST_ERROR:
             continue
         counted += 1
         if not error <= allowed:
             part = f" over 1/{2**halvings} of the span" if halvings else ""
-            where = " at the last sample" if dense(trials) or halvings else ""
+            where = " at the last sample" if is_dense(trials) or halvings else ""
             work = f"{trials.steps_of(answer):.0f} steps at most"
             expected = f"error{where} below {allowed:.2g} with {work}"
-            found = failed(f"{trials.named(answer.setting)}{part}", expected, f"{error:.2g}")
+            found = fail_claim(f"{trials.named(answer.setting)}{part}", expected, f"{error:.2g}")
             worse.append((math.inf if math.isnan(error) else error / allowed, found))
     if worse:
         return max(worse, key=lambda each: each[0])[1]
-    return passed() if counted else not_applicable("no setting whose tolerance bounds the error")
+    return pass_claim() if counted else not_applicable("no setting whose tolerance bounds the error")
 
 
 def _tolerances(trials: Trials) -> list[float]:
@@ -403,7 +407,7 @@ def _proportional(trials: Trials) -> Finding:
         if answer.declined:
             continue
         if usable and error <= ABOVE_FLOOR_ON_A_LINE * answer.roundoff:
-            return passed(f"{usable[0][1] / max(error, answer.roundoff):.3g}")
+            return pass_claim(f"{usable[0][1] / max(error, answer.roundoff):.3g}")
         if ABOVE_FLOOR_ON_A_LINE * answer.roundoff < error < LARGEST_ERROR:
             usable.append((tolerance, error))
     tight = usable[-2:]
@@ -412,8 +416,8 @@ def _proportional(trials: Trials) -> Finding:
         return not_applicable("no tolerances, a hundred times apart, with errors above round-off")
     least, most = min(e for _, e in tight), max(e for _, e in loose)
     if least <= most / 10:
-        return passed(f"{most / least:.3g}")
-    return failed(
+        return pass_claim(f"{most / least:.3g}")
+    return fail_claim(
         f"tolerances {loose[0][0]:g} to {tight[-1][0]:g} over 1/{2**SHORT} of the span",
         f"an error below {most / 10:.2g}, a tenth of that at tolerances 100 to 10,000 times larger",
         f"{least:.2g}",
@@ -439,9 +443,9 @@ def _work(trials: Trials) -> Finding:
     allowed = 2.0 * (loose.setting / tight.setting) ** (1.0 / (trials.order - 1))
     ratio = tight.work / loose.work
     if ratio <= allowed:
-        return passed(f"{ratio:.3g}")
+        return pass_claim(f"{ratio:.3g}")
     settings = f"tolerances {loose.setting:g} and {tight.setting:g}"
-    return failed(settings, f"at most {allowed:.3g} times the work", f"{ratio:.3g} times")
+    return fail_claim(settings, f"at most {allowed:.3g} times the work", f"{ratio:.3g} times")
 
 
 @claim("work_order", _work_applies)
@@ -463,9 +467,9 @@ def slope_over_work(solved: Sequence[tuple[Answer, float]], order: int, errors: 
         return not_applicable(
             f"{len(points)} tolerances with errors above round-off, {FEWEST} and twice the work are needed"
         )
-    slope, largest = fitted_slope([points])
+    slope, largest = fit_slope([points])
     if largest >= order - MARGIN:
-        return passed(f"{slope:.2f}")
+        return pass_claim(f"{slope:.2f}")
     where = f"the {len(points)} tightest tolerances with errors above round-off"
     expected = f"{errors} proportional to h^{order}, h the mean step"
-    return failed(where, expected, f"h^{slope:.2f}, at most h^{largest:.2f}")
+    return fail_claim(where, expected, f"h^{slope:.2f}, at most h^{largest:.2f}")

@@ -31,7 +31,7 @@ from gnomon.harness.verification.causes import (
     say_low_order,
 )
 from gnomon.harness.verification.claims import Outcome
-from gnomon.harness.verification.convergence_claims import dense
+from gnomon.harness.verification.convergence_claims import is_dense
 from gnomon.harness.verification.equation_claims import compensates, takes_plain
 from gnomon.harness.verification.fmu.adapter import FmuIntegrator
 from gnomon.harness.verification.function_adapter import Stepped
@@ -115,7 +115,7 @@ def facts(trials: Trials) -> Facts:
             solver.given(given)
         found["changed_start"] = not np.array_equal(given[0], other)
         found["bits"] = _bits(_states(trials, setting))
-        found["several"] = trials.case.hybrid is None and _mixed(trials, setting)
+        found["several"] = trials.case.hybrid is None and _is_mixed(trials, setting)
         answers = [each for each in trials.answers() if each.states is not None and math.isfinite(each.error)]
         found["bits_again"] = _bits(_states(trials, setting))
     except Exception:  # the user's code may raise anything
@@ -132,9 +132,9 @@ def facts(trials: Trials) -> Facts:
         "start": name_convention(trials.integrator) if isinstance(trials.form, SceneForm) else None,
         "model": isinstance(trials.integrator, FmuIntegrator),
         "causes": [] if best.error < 100 * best.roundoff else _causes(trials, best),
-        "late": not trials.steps and best.error > 100 * best.roundoff and _late(trials, best),
-        "left": _left(trials, answers[0]),
-        "bumps": not trials.steps and dense(trials) and _bumps(trials),
+        "late": not trials.steps and best.error > 100 * best.roundoff and _is_late(trials, best),
+        "left": _explain_departure(trials, answers[0]),
+        "bumps": not trials.steps and is_dense(trials) and _has_bumps(trials),
     }
     return found | probe(trials) | (_steps(trials) if trials.steps and trials.case.hybrid is None else {})
 
@@ -173,7 +173,7 @@ def probe(trials: Trials) -> Facts:
 
     def is_right_on_linear() -> bool:
         h = 1 / 16
-        errors = [float(np.max(np.abs(solve(rotation, step) - _rotated(step)))) for step in (h, h / 2)]
+        errors = [float(np.max(np.abs(solve(rotation, step) - _rotate(step)))) for step in (h, h / 2)]
         return errors[1] <= max(errors[0] / 2 ** (trials.order + 0.5), LEFT)
 
     probes: dict[str, Callable[[], bool]] = {}
@@ -192,7 +192,7 @@ def probe(trials: Trials) -> Facts:
     return found
 
 
-def _rotated(t: float) -> Floats:
+def _rotate(t: float) -> Floats:
     return np.array([math.cos(t) + math.sin(t) / 2, math.cos(t) / 2 - math.sin(t)])
 
 
@@ -205,7 +205,7 @@ def _bits(states: Floats) -> str:
     return hashlib.sha256(np.ascontiguousarray(states).tobytes()).hexdigest()
 
 
-def _mixed(trials: Trials, setting: float) -> bool:
+def _is_mixed(trials: Trials, setting: float) -> bool:
     """Whether a motion solved together with others differs by far more than its error from the motion solved alone."""
     alone = trials.whole(setting)
     starts = np.array([trials.reference.exact[8], trials.start, trials.reference.exact[16]])
@@ -229,12 +229,12 @@ def _causes(trials: Trials, answer: Answer) -> list[str]:
     return [f"{each.kind}: {each}" for each in found]
 
 
-def _halves(trials: Trials) -> bool:
+def _is_halved(trials: Trials) -> bool:
     """Whether a state consists of positions, then velocities."""
     return trials.case.second_order is not None or isinstance(trials.form, Charged | Constrained)
 
 
-def _late(trials: Trials, answer: Answer) -> bool:
+def _is_late(trials: Trials, answer: Answer) -> bool:
     """Whether most states each fit the exact motion at a later time of its own, up to a small part of the error."""
     times, exact, sample = trials.reference.times, trials.reference.exact, trials.case.sample
     little = float(trials.problem().interval) * 2.0**-10
@@ -251,7 +251,7 @@ def _late(trials: Trials, answer: Answer) -> bool:
     return bool(np.mean(fits) > MOST)
 
 
-def _left(trials: Trials, answer: Answer) -> str | None:
+def _explain_departure(trials: Trials, answer: Answer) -> str | None:
     """How the states violate a rotation or constraint that the method declares to keep; None if they keep it."""
     states, form, kept = np.asarray(answer.states), trials.form, trials.integrator.conserves
     if isinstance(form, RigidBody) and "attitude" in kept and from_rotations(states) > LEFT:
@@ -261,7 +261,7 @@ def _left(trials: Trials, answer: Answer) -> str | None:
     return None
 
 
-def _bumps(trials: Trials) -> bool:
+def _has_bumps(trials: Trials) -> bool:
     """Whether errors over a short span fall again and again: accurate ends of steps, worse interpolation in between."""
     for halvings in range(2, 9):
         for tolerance in trials.settings[len(trials.settings) // 2 :]:
@@ -293,7 +293,7 @@ def _steps(trials: Trials) -> Facts:
     with np.errstate(all="ignore"):
         powers = np.log(coarse / fine) / math.log(ratio)
     low = np.nonzero((powers < order) & (coarse > 1e-14 * np.max(np.abs(trials.start))))[0]
-    if _halves(trials):
+    if _is_halved(trials):
         low = np.unique(low % coordinates(trials.case))
     found["first_wrong"] = int(low[0]) + 1 if len(low) and low[0] >= 2 else None
     return found
@@ -474,13 +474,13 @@ def _of_control(failures: Failures, claims: set[str], found: Facts) -> str | Non
         return (
             f"tolerance: it takes as many steps at tolerance {points[0][0]:g} as at {points[-1][0]:g}: it has no effect"
         )
-    if "quadrature" not in claims and claims & CONTROL and (_flat(points) or not claims & {"work_order", "dense"}):
+    if "quadrature" not in claims and claims & CONTROL and (_is_flat(points) or not claims & {"work_order", "dense"}):
         worst = max((error / setting for setting, error, _, _ in points if error < LARGEST_ERROR), default=math.nan)
         return f"control: its error is up to {worst:.1g} times its tolerance: the error estimate, or its use, is wrong"
     return "dense: the interpolation between steps is wrong" if claims <= {"dense", "tolerance_short"} else None
 
 
-def _flat(points: Sequence[Sequence[float]]) -> bool:
+def _is_flat(points: Sequence[Sequence[float]]) -> bool:
     """Whether the errors at the two finest settings, well above round-off, do not fall."""
     tail = points[-2:]
     return len(tail) == 2 and tail[1][1] > 20 * tail[1][2] and tail[0][1] < FLAT * tail[1][1]
@@ -508,7 +508,7 @@ def _slopes(found: Facts) -> list[float]:
     if len(single) >= 2:
         (h0, e0, _), (h1, e1, _) = single[-2:]
         return [math.log(e0 / e1) / math.log(h0 / h1) - found["stepped"]]
-    if _flat(points):
+    if _is_flat(points):
         return [0.0]
     used = [(s if found["steps"] else 1 / w, e) for s, e, r, w in points if w and 20 * r < e < LARGEST_ERROR]
     if len(used) < 2:

@@ -12,7 +12,7 @@ from typing import Any, Protocol
 
 from gnomon.cases.core.forms import Form
 from gnomon.cases.core.scene import Readings, Scene, SceneForm
-from gnomon.harness.adapters.engines.scene_run import step_counts, unsupported
+from gnomon.harness.adapters.engines.scene_run import find_unsupported, step_counts
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solver, Steps, each_start
 from gnomon.harness.contract.validation import Unusable, short
 from gnomon.harness.registry import declaration
@@ -55,13 +55,13 @@ class EngineIntegrator(Integrator):
         return {"engine": closure(self.path[0]) or ""}
 
     def unsupported(self, form: Form | SceneForm) -> str | None:
-        return unsupported(form, self.tokens, {})
+        return find_unsupported(form, self.tokens, {})
 
     def read_start(self, form: SceneForm, start: Floats) -> tuple[float, ...]:
         """The state that the engine reads right after it has loaded a scene without parameters in this start."""
         engine, scene = self.engine(), form.build(tuple(start.tolist()), ())
         engine.load(scene)
-        return form.observe(checked(engine.read(), scene), ())
+        return form.observe(check_readings(engine.read(), scene), ())
 
     def prepare(self, problem: Problem, setting: float) -> Solver:
         problem = problem.since_start()
@@ -79,7 +79,7 @@ class EngineIntegrator(Integrator):
                 for _ in range(count - done):
                     engine.step(setting)
                 done = count
-                row[:] = form.observe(checked(engine.read(), scene), parameters)
+                row[:] = form.observe(check_readings(engine.read(), scene), parameters)
             return done, None
 
         return Solver(each_start(problem, follow))
@@ -154,7 +154,7 @@ def from_engine(
     return made
 
 
-def checked(readings: Any, scene: Scene) -> Readings:
+def check_readings(readings: Any, scene: Scene) -> Readings:
     """The readings, if they hold every joint and every body without a joint; else raises Unusable."""
     if not isinstance(readings, Readings):
         raise Unusable(f"read() returned {short(readings)}, not Readings")

@@ -12,8 +12,8 @@ from gnomon.harness.registry import selection
 from gnomon.harness.studies import preflight
 from gnomon.harness.system.limitations import need_fork
 from gnomon.harness.system.supervisor import Job, Send, run
-from gnomon.harness.verification.claims import Finding, failed, not_applicable, not_checked, passed
-from gnomon.harness.verification.verify import CASES, CLAIM_SECONDS, OVER, Row, planned
+from gnomon.harness.verification.claims import Finding, fail_claim, not_applicable, not_checked, pass_claim
+from gnomon.harness.verification.verify import CASES, CLAIM_SECONDS, OVER, Row, plan_verification
 
 
 def preflight_rows(
@@ -58,7 +58,7 @@ def preflight_rows(
     if SceneForm not in integrator.accepts:
         raise ValueError(f"{integrator.id} takes no scenes; name it without --engine")
     # Raises for a wrong argument before anything runs.
-    planned(integrator, names, depth, [name for name in chosen or () if name not in preflight.TEXTS])
+    plan_verification(integrator, names, depth, [name for name in chosen or () if name not in preflight.TEXTS])
     parts: list[Part] = []
     for name in preflight.TEXTS:
         if not chosen or name in chosen:
@@ -109,7 +109,7 @@ class PreflightJob(Job):
             self.add(part, Row(row.name, row.scene, finding(row)))
 
     def lose(self, why: str, late: bool = False) -> None:
-        self._answer(failed("", "an answer", why, preflight.TEXTS[self.parts[0][0]]["reason"]))
+        self._answer(fail_claim("", "an answer", why, preflight.TEXTS[self.parts[0][0]]["reason"]))
 
     def stop(self) -> None:
         while self.parts:
@@ -125,8 +125,8 @@ def finding(row: preflight.Row) -> Finding:
     if row.verdict == preflight.UNSUPPORTED:
         return not_applicable(row.note)
     if row.verdict == preflight.PASSED:
-        return passed(f"{row.measured:.2g}")
+        return pass_claim(f"{row.measured:.2g}")
     reason = preflight.TEXTS[row.name]["reason"]
     if math.isnan(row.bound):
-        return failed("", "an answer", row.note, reason)
-    return failed("", f"at most {row.bound:.2g}", f"{row.measured:.2g}, {row.note}", reason)
+        return fail_claim("", "an answer", row.note, reason)
+    return fail_claim("", f"at most {row.bound:.2g}", f"{row.measured:.2g}, {row.note}", reason)

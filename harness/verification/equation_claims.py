@@ -19,7 +19,7 @@ from gnomon.harness.contract.velocity_forces import VelocityForces
 from gnomon.harness.measuring.trials import HALF_ULP, Floats, Trials
 from gnomon.harness.results.convergence_order import LARGEST_ERROR
 from gnomon.harness.verification.call_claims import answers, same_bits
-from gnomon.harness.verification.claims import Finding, Outcome, claim, failed, not_applicable, passed, within
+from gnomon.harness.verification.claims import Finding, Outcome, claim, fail_claim, not_applicable, pass_claim, within
 from gnomon.harness.verification.convergence_claims import Point, same_solution, slope_of
 from gnomon.harness.verification.fmu.adapter import FmuIntegrator
 from gnomon.harness.verification.function_adapter import FunctionAdapter
@@ -135,22 +135,22 @@ def _blow_up(trials: Trials) -> Finding:
     for what, acceleration, rate in motions:
         last = _last(trials, acceleration, rate)
         if math.isfinite(last):
-            return failed(
-                _named(trials),
+            return fail_claim(
+                _name_variables(trials),
                 f"no finite state at t = {END:g}: {what} before t = {0.75 * END:g} from q = 1, q' = {rate:.3g}",
                 f"q = {last:.3g}",
             )
-    return passed()
+    return pass_claim()
 
 
-def _named(trials: Trials) -> str:
+def _name_variables(trials: Trials) -> str:
     return trials.named(END / SAMPLES / STEPS if trials.steps else trials.usual())
 
 
 def _last(trials: Trials, acceleration: Callable[[Any, Values, Values], Values], rate: float) -> float:
     """q at the last sample, from q = 1; inf or nan without a solution there."""
     times = END * np.arange(1, SAMPLES + 1) / SAMPLES
-    called = _limited(acceleration) if isinstance(trials.integrator, FunctionAdapter) else acceleration
+    called = _limit_calls(acceleration) if isinstance(trials.integrator, FunctionAdapter) else acceleration
     problem = Problem(plain_form(trials, called), 2, np.zeros(0), times, 1.0)
     setting = times[0] / STEPS if trials.steps else trials.usual()
     solution = trials.outcome(problem, float(setting), np.array([1.0, rate])).solution
@@ -158,7 +158,7 @@ def _last(trials: Trials, acceleration: Callable[[Any, Values, Values], Values],
     return math.nan if solution is None or lost else float(solution.states[0, -1, 0])
 
 
-def _limited(acceleration: Callable[[Any, Values, Values], Values]) -> Callable[[Any, Values, Values], Values]:
+def _limit_calls(acceleration: Callable[[Any, Values, Values], Values]) -> Callable[[Any, Values, Values], Values]:
     """The function with a limit: after MOST_CALLS calls it raises Refused."""
     calls = count()
 
@@ -190,7 +190,7 @@ def _other_problems(trials: Trials) -> Finding:
                     return found
                 solution = second((start if plain else trials.start)[None])
             if plain:
-                found = _rested(trials, other, start, solution)
+                found = _check_rest(trials, other, start, solution)
                 if found.outcome != Outcome.PASSED:
                     return found
         again = solver(trials.start[None]).states[0]
@@ -208,7 +208,7 @@ def _at_rest(trials: Trials, t0: float) -> Problem:
     return replace(problem, form=form, t0=t0, times=problem.elapsed + t0, names=None)
 
 
-def _rested(trials: Trials, problem: Problem, start: Floats, solution: Solution) -> Finding:
+def _check_rest(trials: Trials, problem: Problem, start: Floats, solution: Solution) -> Finding:
     """Whether the states stay at the start, or move on with its velocities."""
     half = len(start) // 2
     rates = np.append(start[half:], np.zeros(half)) if takes_accelerations(trials) else np.zeros_like(start)
@@ -246,7 +246,7 @@ def _more_variables(trials: Trials) -> Finding:
     (states,) = trials.solutions(problem, trials.usual(), [start])
     moved = float(np.max(np.abs(states[:, ~moving] - start[~moving])))
     if not moved <= 2 * HALF_ULP * ROUNDINGS * len(states) * float(np.max(np.abs(start))):
-        return failed(
+        return fail_claim(
             trials.named(trials.usual()), "variables whose derivatives are 0 at rest", f"moved by {moved:.2g}"
         )
     what = f"the motion after {np.sum(~moving)} variables that rest"
@@ -263,13 +263,13 @@ def _after_resting(form: FirstOrder | SecondOrder) -> tuple[Form, bool]:
     return more if isinstance(form, SecondOrder) else first_order(more) or more, second
 
 
-def _structured(trials: Trials) -> str | None:
+def _explain_structure(trials: Trials) -> str | None:
     if not {"symplectic", "reversible"} & set(trials.integrator.conserves):
         return "it declares neither symplectic nor reversible"
     return takes_plain(trials) if trials.steps else "its setting is a tolerance"
 
 
-@claim("time_structure", _structured, once=True)
+@claim("time_structure", _explain_structure, once=True)
 def _time_structure(trials: Trials) -> Finding:
     """The map of a linear oscillator has determinant 1, and is its own way back if the stiffness is even in time."""
     turn = np.diag([1.0, -1.0])
@@ -297,12 +297,12 @@ def _swing_map(trials: Trials, c: float, setting: float) -> Floats:
     return np.array([states[-1] for states in trials.solutions(problem, setting, list(np.eye(2)))]).T
 
 
-def _summed(trials: Trials) -> str | None:
+def _explain_sum(trials: Trials) -> str | None:
     return takes_plain(trials) if trials.integrator.compensated else "it does not declare that its sums are compensated"
 
 
-@claim("compensated", _summed, once=True)
-def _compensated(trials: Trials) -> Finding:
+@claim("compensated", _explain_sum, once=True)
+def _check_compensation(trials: Trials) -> Finding:
     """Thousands of equal changes: each addition loses a third of a unit in the last place."""
     return compensates(trials)
 
@@ -377,7 +377,7 @@ def _scenes(trials: Trials) -> Finding:
         points = _points(trials, token)
         if points and points[-1][0] == 1 / COUNTS[-1] and not points[-1][1] < LARGEST_ERROR:
             expected = f"an error of a body under {what} below {LARGEST_ERROR:g}, as of order 1"
-            return failed(f"h = {points[-1][0]:.3g}", expected, f"{points[-1][1]:.2g}")
+            return fail_claim(f"h = {points[-1][0]:.3g}", expected, f"{points[-1][1]:.2g}")
         finding = slope_of(points, trials.order, f"errors of a body under {what}")
         if finding.outcome == Outcome.FAILED:
             return finding

@@ -11,15 +11,15 @@ from gnomon.cases.core.case import Event
 from gnomon.harness.measuring.events import EventScore, score_events
 from gnomon.harness.measuring.trials import HALF_ULP, SHORTEST, TIGHT, Answer, Trials
 from gnomon.harness.results.convergence_order import FEWEST, LARGEST_ERROR
-from gnomon.harness.verification.claims import Finding, claim, failed, not_applicable, passed
+from gnomon.harness.verification.claims import Finding, claim, fail_claim, not_applicable, pass_claim
 from gnomon.harness.verification.convergence_claims import (
     MARGIN,
     MOST_ON_A_LINE,
     Point,
     above_line,
-    allowed_error,
-    fitted_slope,
+    fit_slope,
     in_range,
+    sum_allowed_errors,
 )
 
 WITHIN = 0.75
@@ -57,14 +57,14 @@ def _events(trials: Trials) -> Finding:
         score, named = score_events(answer.events or (), exact), trials.named(answer.setting)
         if score.missing or score.extra:
             return _other_events(named, len(exact), score)
-        allowed = answer.setting if trials.steps else allowed_error(trials, answer.setting, answer) * span
+        allowed = answer.setting if trials.steps else sum_allowed_errors(trials, answer.setting, answer) * span
         if not score.time_error <= allowed + 2 * trials.conditioning() * span:
-            return failed(named, f"event times within {allowed:.2g} s", f"{score.time_error:.2g} s")
-    return passed()
+            return fail_claim(named, f"event times within {allowed:.2g} s", f"{score.time_error:.2g} s")
+    return pass_claim()
 
 
 def _other_events(named: str, count: int, score: EventScore) -> Finding:
-    return failed(named, f"{count} events", f"{score.missing} missing, {score.extra} that do not exist")
+    return fail_claim(named, f"{count} events", f"{score.missing} missing, {score.extra} that do not exist")
 
 
 @dataclass(frozen=True)
@@ -111,7 +111,7 @@ def _event_order(trials: Trials) -> Finding:
         allowed = _first_order(trials, part, answer)
         if not answer.declined and allowed < UNRELATED and not answer.error <= allowed:
             where = where or trials.named(answer.setting)
-            return failed(where, f"an error below {allowed:.2g}, as of order 1", f"{answer.error:.2g}")
+            return fail_claim(where, f"an error below {allowed:.2g}, as of order 1", f"{answer.error:.2g}")
     scores = [(a, score_events(a.events, few.events)) for a in answers if a.events is not None]
     if finest.events is not None and finest.error < LARGEST_ERROR and (scores[-1][1].missing or scores[-1][1].extra):
         return _other_events(named, len(few.events), scores[-1][1])
@@ -121,10 +121,10 @@ def _event_order(trials: Trials) -> Finding:
         worse = above_line(points, order, LONGER, COARSE) if order > 1 else None
         if worse is not None:
             h, error, most = worse
-            return failed(
+            return fail_claim(
                 f"h = {h:.6g} over 1/{2**few.halvings} of the span", f"{what} below {most:.2g}", f"{error:.2g}"
             )
-    return _slope(trials, few, (states, times)) if order > 1 else passed()
+    return _slope(trials, few, (states, times)) if order > 1 else pass_claim()
 
 
 def _slope(trials: Trials, few: _Few, first: tuple[list[Point], list[Point]]) -> Finding:
@@ -132,12 +132,12 @@ def _slope(trials: Trials, few: _Few, first: tuple[list[Point], list[Point]]) ->
 
     `first` has the points over the short span. Over other lengths events are at other places in their steps.
     """
-    order, found = trials.order, passed()
-    lines = [[in_range(points)] for points in _conditioned(*first)]
+    order, found = trials.order, pass_claim()
+    lines = [[in_range(points)] for points in _select_conditioned(*first)]
     if not any(len(usable) >= FEWEST for (usable,) in lines):
         return found
     for share in SHARES:
-        for line, points in zip(lines, _conditioned(*_points_over(trials, few, share)), strict=True):
+        for line, points in zip(lines, _select_conditioned(*_points_over(trials, few, share)), strict=True):
             line.append(in_range(points))
     for line, what in zip(lines, ("errors", "errors of the times of events"), strict=True):
         logarithms = [
@@ -147,16 +147,16 @@ def _slope(trials: Trials, few: _Few, first: tuple[list[Point], list[Point]]) ->
         ]
         if not logarithms:
             continue
-        slope, largest = fitted_slope(logarithms)
+        slope, largest = fit_slope(logarithms)
         if largest < order - MARGIN:
             count = sum(map(len, logarithms))
             where = f"{count} solutions over {len(logarithms)} lengths, to 1/{2**few.halvings} of the span"
-            return failed(where, f"{what} proportional to h^{order}", f"h^{slope:.2f}, at most h^{largest:.2f}")
-        found = passed(f"{slope:.2f}")
+            return fail_claim(where, f"{what} proportional to h^{order}", f"h^{slope:.2f}, at most h^{largest:.2f}")
+        found = pass_claim(f"{slope:.2f}")
     return found
 
 
-def _conditioned(states: list[Point], times: list[Point]) -> tuple[list[Point], list[Point]]:
+def _select_conditioned(states: list[Point], times: list[Point]) -> tuple[list[Point], list[Point]]:
     """The points, with event times only at step sizes at which the states have errors above round-off.
 
     Where a guard hardly changes at an event, the time of the event is known less well than the states.

@@ -102,7 +102,7 @@ def from_step(
     >>> from gnomon.verify import from_step
     >>> euler = from_step(lambda f, t, y, h: y + h * f(t, y), name="Euler", order=1)
     """
-    return _made(
+    return _make_adapter(
         Stepped, step, (accelerations, velocities),
         name=name, library=library, order=order, conserves=conserves, jacobian=jacobian, sweep=sweep or Steps(),
     )  # fmt: skip
@@ -171,7 +171,7 @@ def from_solve(
     >>> rk45 = from_solve(solve, name="RK45", order=5, dense_order=4)
     """
     sampling = "stops at samples" if dense_order is None else "dense output"
-    return _made(
+    return _make_adapter(
         _Solved, solve, (accelerations, velocities),
         name=name, library=library, order=order, conserves=conserves, jacobian=jacobian,
         sweep=sweep or Tolerance(1e-3, 1e-12), sampling=sampling, dense_order=dense_order or None,
@@ -291,11 +291,11 @@ def from_name(name: str) -> Integrator | None:
     if in_file and (folder := str(file.parent.resolve())) not in sys.path:
         sys.path.insert(0, folder)
     module = file.stem if in_file else place
-    return _named(module, attribute) or (lookup.from_path(f"{module}:{attribute}") if in_file else None)
+    return _adapt_named(module, attribute) or (lookup.from_path(f"{module}:{attribute}") if in_file else None)
 
 
 @cache
-def _named(module: str, attribute: str) -> Integrator | None:
+def _adapt_named(module: str, attribute: str) -> Integrator | None:
     """The integrator of a plain function in a module, of which a worker process makes it again; None without one."""
     try:
         with confined():
@@ -309,7 +309,7 @@ def _named(module: str, attribute: str) -> Integrator | None:
         return None
     made = (from_step if count == STEP_ARGUMENTS else from_solve)(function, name=attribute)
     kind: Any = type(made)
-    kind.__module__, kind.__reduce__ = module, lambda self: (_named, (module, attribute))
+    kind.__module__, kind.__reduce__ = module, lambda self: (_adapt_named, (module, attribute))
     return made
 
 
@@ -341,7 +341,9 @@ def takes_jacobian(function: Function) -> bool:
         return False
 
 
-def _made(base: type[FunctionAdapter], function: Function, second: tuple[bool, bool], **attributes: Any) -> Integrator:
+def _make_adapter(
+    base: type[FunctionAdapter], function: Function, second: tuple[bool, bool], **attributes: Any
+) -> Integrator:
     """An instance of a new class in the module of the user's call: workers import it as a variable of that module.
 
     `second`: whether f returns accelerations, and whether these depend on velocities.

@@ -36,12 +36,12 @@ class Other:
         return f"{self.name} {self.version}"
 
 
-def installed(requirement: str) -> Other:
+def install(requirement: str) -> Other:
     """Install the version that a requirement names, as `mypackage==1.2`, a wheel or a project's folder, with uv or pip.
 
     The version is removed at the end of this process. Raises ValueError if it cannot be installed.
     """
-    wanted = validated(requirement)
+    wanted = validate_requirement(requirement)
     shown = f"--against {visible(requirement)}"
     folder = temporary_folder() / "against"
     uv = shutil.which("uv")
@@ -71,7 +71,7 @@ def installed(requirement: str) -> Other:
     return Other(str(folder), name, version, tuple(sorted(modules)))
 
 
-def validated(requirement: str) -> str:
+def validate_requirement(requirement: str) -> str:
     """The requirement for the installer, a path in full. Raises ValueError for an invalid requirement."""
     text = requirement.strip()
     if "\0" not in text and (os.sep in text or text.endswith(ARCHIVES)) and os.path.exists(text):

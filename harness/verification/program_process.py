@@ -91,7 +91,7 @@ class ProgramProcess:
             try:
                 write(self._child.sink.fileno(), line.encode() + b"\n")
             except BrokenPipeError:
-                raise Unusable(f"{_told(self._child.ended())} before it read a problem") from None
+                raise Unusable(f"{_tell_end(self._child.ended())} before it read a problem") from None
             self._child.limit = NEVER
             if seconds is not None:
                 self._child.allow(seconds, asleep)
@@ -133,7 +133,7 @@ class ProgramProcess:
             if end.late:
                 raise TimeoutError(str(end)) from None
             cut = " within a line" if self._lines.unread else ""
-            raise Unusable(f"{_told(end)}{cut} before it answered") from None
+            raise Unusable(f"{_tell_end(end)}{cut} before it answered") from None
 
     def close(self, seconds: float = ENDING_SECONDS) -> None:
         """Close the program's input so that it ends, and kill it if it does not within `seconds`."""
@@ -152,5 +152,5 @@ class ProgramProcess:
         self.close(0.0)
 
 
-def _told(end: Ended) -> str:
+def _tell_end(end: Ended) -> str:
     return f"the program {'closed its standard output' if end.code is None else end}"

@@ -93,12 +93,12 @@ def _check_of_descriptions() -> tuple[Callable[[Any], Any], type[Any]]:
 
 def problem_parts(problem: Problem, kind: str, setting: float) -> tuple[str, str]:
     """The text of a problem before and after its number and start, which change with each call."""
-    names = problem.names or _unnamed(problem)
+    names = problem.names or _name_by_number(problem)
     parameters = dict(zip(names.parameters, problem.parameters.tolist(), strict=True))
     times = problem.times.tolist()
     rest = {
         "case": names.case,
-        "setting": {"kind": kind, "value": _encoded(setting), "hex": setting.hex()},
+        "setting": {"kind": kind, "value": _encode(setting), "hex": setting.hex()},
         "coordinates": names.coordinates,
         "parameters": parameters,
         "parameters_hex": {name: value.hex() for name, value in parameters.items()},
@@ -115,7 +115,7 @@ def problem_parts(problem: Problem, kind: str, setting: float) -> tuple[str, str
 def problem_line(parts: tuple[str, str], number: int, start: Floats) -> str:
     """The line of one problem; `start` has the shape (dimension,)."""
     values = start.tolist()
-    own = json.dumps({"number": number, "start": [_encoded(x) for x in values], "start_hex": [x.hex() for x in values]})
+    own = json.dumps({"number": number, "start": [_encode(x) for x in values], "start_hex": [x.hex() for x in values]})
     return f"{parts[0]}, {own[1:-1]}, {parts[1]}"
 
 
@@ -173,7 +173,7 @@ def _number(value: Any, name: str) -> float:
     _wrong(name, value, 'it is a number, its hexadecimal digits as a text ("0x1.8p+1"), "nan", "inf" or "-inf"')
 
 
-def _encoded(value: float) -> float | str:
+def _encode(value: float) -> float | str:
     return value if math.isfinite(value) else repr(value)
 
 
@@ -206,13 +206,13 @@ def _wrong(key: str, value: Any, rule: str) -> NoReturn:
     raise Unusable(f"wrote {key} = {short(value)}: {rule}")
 
 
-def _unnamed(problem: Problem) -> Names:
+def _name_by_number(problem: Problem) -> Names:
     return Names(
-        "", *(_numbered(letter, n) for letter, n in (("y", problem.dimension), ("p", len(problem.parameters))))
+        "", *(_number_names(letter, n) for letter, n in (("y", problem.dimension), ("p", len(problem.parameters))))
     )
 
 
-def _numbered(letter: str, most: int) -> tuple[str, ...]:
+def _number_names(letter: str, most: int) -> tuple[str, ...]:
     return tuple(f"{letter}{k}" for k in range(1, most + 1))
 
 

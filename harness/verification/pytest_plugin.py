@@ -32,7 +32,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 def pytest_configure(config: pytest.Config) -> None:
     config.addinivalue_line("markers", "gnomon: a claim about an integrator, verified by gnomon")
-    config.stash[PLANNED] = [planned for named in config.getoption("--gnomon") for planned in _planned(config, named)]
+    config.stash[PLANNED] = [planned for named in config.getoption("--gnomon") for planned in _plan(config, named)]
     config.pluginmanager.register(_Applied(), "gnomon-applied")
 
 
@@ -45,10 +45,10 @@ def pytest_collection_modifyitems(session: pytest.Session, config: pytest.Config
         items.append(item)
 
 
-def _planned(config: pytest.Config, named: str) -> list[Planned]:
+def _plan(config: pytest.Config, named: str) -> list[Planned]:
     # Imported here because most runs of pytest need neither numpy nor numba.
     from gnomon.harness.registry import lookup
-    from gnomon.harness.results.visible import shown
+    from gnomon.harness.results.visible import show
     from gnomon.harness.verification.claim_tests import claim_tests
     from gnomon.harness.verification.verification_report import read_known
 
@@ -60,7 +60,7 @@ def _planned(config: pytest.Config, named: str) -> list[Planned]:
         found = claim_tests(integrator, config.getoption("--gnomon-depth"), how=shlex.quote(named))
         return [(named, one, one.marks(known)) for one in found]
     except (OSError, ValueError) as error:
-        raise pytest.UsageError(shown(f"--gnomon {named}: {error}")) from None
+        raise pytest.UsageError(show(f"--gnomon {named}: {error}")) from None
 
 
 class _Applied:

@@ -7,7 +7,7 @@ import numpy as np
 from gnomon.cases.core.forms import FirstOrder, SecondOrder, Values
 from gnomon.harness.contract.integrator import Problem
 from gnomon.harness.measuring.trials import HALF_ULP, ROOT_OF_ULP, Trials
-from gnomon.harness.verification.claims import Finding, claim, failed, not_applicable, passed
+from gnomon.harness.verification.claims import Finding, claim, fail_claim, not_applicable, pass_claim
 
 SAMPLES = 4
 """Few samples make the steps long: the error of a coefficient shows beside few roundings."""
@@ -73,14 +73,14 @@ def _quadrature(trials: Trials) -> Finding:
     if why:
         return not_applicable(f"no solution at {trials.named(first)}: {why}")
     if error <= allowed:
-        return passed(f"{error:.2g}")
+        return pass_claim(f"{error:.2g}")
     finer, allowed_finer, why = _error(trials, second)
     if not why and finer <= max(allowed_finer, error / less):
-        return passed(f"{error:.2g}, then {finer:.2g}")
+        return pass_claim(f"{error:.2g}, then {finer:.2g}")
     expected = f"an error below {allowed:.2g}, or {less:.3g} times less at {trials.named(second)}"
     if error < ROOT_OF_ULP and trials.integrator.jacobian == "exact":
         expected += f"; {DIFFERENCES}"
-    return failed(trials.named(first), expected, f"{error:.2g}, then {why or format(finer, '.2g')}")
+    return fail_claim(trials.named(first), expected, f"{error:.2g}, then {why or format(finer, '.2g')}")
 
 
 def is_right_at_end(trials: Trials) -> bool:

@@ -13,16 +13,16 @@ from gnomon.harness.contract.integrator import Refused
 from gnomon.harness.contract.velocity_forces import VelocityForces
 from gnomon.harness.measuring.trials import SHORT, SHORTEST, TIGHT, Answer, Trials
 from gnomon.harness.results.convergence_order import LARGEST_ERROR
-from gnomon.harness.studies.related_motions import holds, later, related
-from gnomon.harness.verification.claims import Finding, claim, failed, not_applicable, not_checked, passed
+from gnomon.harness.studies.related_motions import holds, later, relate
+from gnomon.harness.verification.claims import Finding, claim, fail_claim, not_applicable, not_checked, pass_claim
 from gnomon.harness.verification.convergence_claims import (
     NEAR,
-    allowed_error,
-    dense,
     distance_covered,
+    is_dense,
     on_line,
     same_solution,
     slope_over_work,
+    sum_allowed_errors,
 )
 from gnomon.harness.verification.fmu.adapter import FmuIntegrator
 from gnomon.harness.verification.function_adapter import FunctionAdapter
@@ -49,37 +49,37 @@ def _has_turning(trials: Trials) -> str | None:
     return "it declares no order" if trials.steps and trials.integrator.order is None else None
 
 
-def _allowed(trials: Trials, answer: Answer) -> float:
+def _allow_error(trials: Trials, answer: Answer) -> float:
     """The error that a setting may have from any start of a similar motion."""
     if not trials.steps:
-        return allowed_error(trials, answer.setting, answer, last=dense(trials))
+        return sum_allowed_errors(trials, answer.setting, answer, last=is_dense(trials))
     usable = [(a.setting, a.error, a.roundoff) for a in trials.answers() if a.error < LARGEST_ERROR]
     return on_line(usable, trials.order, answer.setting, answer.roundoff)
 
 
 @claim("turned", _has_turning)
-def _turned(trials: Trials) -> Finding:
+def _check_turned(trials: Trials) -> Finding:
     """The errors from turned starts, at the tightest accurate setting that takes at most the seconds of this depth."""
     quick = [a for a in trials.answers() if a.seconds <= trials.depth.seconds]
     usable = [a for a in quick if not a.declined and a.error < LARGEST_ERROR]
     if not usable:
         return not_applicable(f"no setting with an error below {LARGEST_ERROR:g} within {trials.depth.seconds:g} s")
     answer = usable[-1]
-    allowed = _allowed(trials, answer)
+    allowed = _allow_error(trials, answer)
     if not allowed < LARGEST_ERROR:
         return not_applicable(f"no setting whose error is bounded below {LARGEST_ERROR:g}")
     starts, exact = trials.reference.turned_starts[:TURNED], trials.reference.turned_exact
     solutions = trials.solutions(trials.problem(), answer.setting, list(starts))
-    samples = slice(-1 if dense(trials) else 0, None)
+    samples = slice(-1 if is_dense(trials) else 0, None)
     errors = [
         float(np.max(trials.distance(states, right)[samples])) for states, right in zip(solutions, exact, strict=False)
     ]
     worst = int(np.argmax(errors))  # the first nan, if any
     if errors[worst] <= allowed:
-        return passed()
+        return pass_claim()
     where = f"{trials.named(answer.setting)}, turned start {worst + 1}"
     expected = f"error below {allowed:.2g}, as from the start itself ({answer.error:.2g})"
-    return failed(where, expected, f"{errors[worst]:.2g}")
+    return fail_claim(where, expected, f"{errors[worst]:.2g}")
 
 
 def _smooth(trials: Trials) -> str | None:
@@ -96,10 +96,10 @@ def _clock(trials: Trials) -> Finding:
     return same_solution(trials, states, f"the motion by a clock that starts at {shifted.t0:g}", CLOCKS)
 
 
-def _related(trials: Trials, relation: Relation | None, what: str, share: float = 0.0) -> Finding:
+def _check_related(trials: Trials, relation: Relation | None, what: str, share: float = 0.0) -> Finding:
     """Solve the transformed motion, transform the states back, and compare them with the motion of the case."""
     assert relation is not None
-    other = related(trials, trials.problem(), trials.usual(), relation)
+    other = relate(trials, trials.problem(), trials.usual(), relation)
     (states,) = trials.solutions(other.problem, other.setting, [other.start])
     return same_solution(trials, other.undone(states), what, APART, share)
 
@@ -122,13 +122,13 @@ def _has_units(trials: Trials) -> str | None:
 @claim("units", _has_units)
 def _units(trials: Trials) -> Finding:
     relation = in_units(trials.case, LENGTH, TIME)
-    return _related(trials, relation, f"the motion in units of 1/{LENGTH:g} m and {1 / TIME:g} s", 0.5)
+    return _check_related(trials, relation, f"the motion in units of 1/{LENGTH:g} m and {1 / TIME:g} s", 0.5)
 
 
 @claim("rounded_times", _has_units)
-def _rounded_times(trials: Trials) -> Finding:
+def _check_rounded_times(trials: Trials) -> Finding:
     try:
-        return _related(trials, in_units(trials.case, 1.0, TENTH), f"the motion in units of {1 / TENTH:g} s", 0.5)
+        return _check_related(trials, in_units(trials.case, 1.0, TENTH), f"the motion in units of {1 / TENTH:g} s", 0.5)
     except Refused as refusal:
         return not_applicable(f"it declines samples at times that round: {refusal}")
 
@@ -136,7 +136,7 @@ def _rounded_times(trials: Trials) -> Finding:
 @claim("mirror", lambda trials: _no_engine(trials) if trials.case.mirror else "the case has no mirror symmetry")
 def _mirror(trials: Trials) -> Finding:
     signs = ", ".join(trials.case.mirror)
-    return _related(trials, mirrored(trials.case), f"the motion with other signs of {signs}")
+    return _check_related(trials, mirrored(trials.case), f"the motion with other signs of {signs}")
 
 
 def _has_like_parts(trials: Trials) -> str | None:
@@ -148,9 +148,9 @@ def _has_like_parts(trials: Trials) -> str | None:
 
 
 @claim("permuted", _has_like_parts)
-def _permuted(trials: Trials) -> Finding:
+def _check_permuted(trials: Trials) -> Finding:
     parts = ", ".join(f"({', '.join(part)})" for part in trials.case.alike)
-    return _related(trials, permuted(trials.case), f"the motion with the numbers of {parts} in turn")
+    return _check_related(trials, permuted(trials.case), f"the motion with the numbers of {parts} in turn")
 
 
 def _dense_applies(trials: Trials) -> str | None:
@@ -200,18 +200,18 @@ def _backward(trials: Trials) -> Finding:
     problem = replace(ahead, form=_recording(ahead.form, asked), t0=end, times=end - ahead.times, most_calls=most)
     solution = trials.outcome(problem, setting, exact[-1]).solution
     if solution is None or solution.stopped is not None or not np.all(np.isfinite(solution.states)):
-        return passed("it declines")
+        return pass_claim("it declines")
     allowed += APART * answer.error
     states, named = solution.states[0], trials.named(setting)
     error = float(np.max(trials.distance(states, exact[-2::-1])))
     if error <= allowed:
-        return passed(f"{error:.2g}")
+        return pass_claim(f"{error:.2g}")
     ahead_too = float(np.max(trials.distance(states, trials.case.sample(end + ahead.times))))
     expected = f"the motion back to its start within {allowed:.2g}, or no states"
     if ahead_too <= allowed:
-        return failed(named, expected, f"the motion that goes on forward within {ahead_too:.2g}")
+        return fail_claim(named, expected, f"the motion that goes on forward within {ahead_too:.2g}")
     if min(asked, default=end) < end / 2:
-        return failed(named, expected, f"{error:.2g}")
+        return fail_claim(named, expected, f"{error:.2g}")
     return not_applicable("it does not solve where times fall: it asks for no derivative at an earlier time")
 
 

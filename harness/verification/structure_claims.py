@@ -11,8 +11,8 @@ from gnomon.cases.core.forms import Constrained, RigidBody, Separable
 from gnomon.cases.core.scene import SceneForm
 from gnomon.harness.contract.integrator import Problem
 from gnomon.harness.measuring.trials import HALF_ULP, Answer, Floats, Trials
-from gnomon.harness.studies.related_motions import returned
-from gnomon.harness.verification.claims import Finding, claim, failed, not_applicable, passed
+from gnomon.harness.studies.related_motions import measure_return
+from gnomon.harness.verification.claims import Finding, claim, fail_claim, not_applicable, pass_claim
 
 DIFFERENCE = 2.0**-17
 """Relative distance of central differences, extrapolated with twice the distance. Rounding leaves about 1e-11,
@@ -76,7 +76,7 @@ def _reversible(trials: Trials) -> Finding:
     """The distance from the start after integrating forward, reversing the velocities, and integrating back."""
 
     def defect(halvings: int, problem: Problem) -> _Defect:
-        apart = returned(trials, problem, problem.interval)
+        apart = measure_return(trials, problem, problem.interval)
         if apart is None:
             return _Defect(problem.interval, halvings, math.nan, 0.0)
         growth = max(1.0, trials.conditioning(halvings) / HALF_ULP)
@@ -103,7 +103,7 @@ def _momentum(trials: Trials) -> Finding:
         drifts = trials.scorer.drift(states)
         return max(float(np.max(drifts[name])) for name in _momenta(trials))
 
-    return _kept(trials, drift, "momentum kept")
+    return _check_kept(trials, drift, "momentum kept")
 
 
 def _energies(trials: Trials) -> list[str]:
@@ -140,10 +140,10 @@ def _energy(trials: Trials) -> Finding:
         drifts = trials.scorer.drift(states)
         return max(float(np.max(drifts[name])) for name in names)
 
-    return _kept(trials, drift, "energy kept", carry_roundings(trials, names))
+    return _check_kept(trials, drift, "energy kept", carry_roundings(trials, names))
 
 
-def _kept(trials: Trials, departure: Callable[[Floats], float], what: str, carried: float = 1.0) -> Finding:
+def _check_kept(trials: Trials, departure: Callable[[Floats], float], what: str, carried: float = 1.0) -> Finding:
     """Whether the largest departure of the states is within the rounding of all steps, each `carried` to it."""
     answers = (trials.whole(setting) for setting in trials.settings[:DECLINED])
     usable = (a for a in answers if a.states is not None and not math.isnan(a.error))
@@ -184,12 +184,12 @@ def from_constraint(trials: Trials, states: Floats) -> tuple[float, float]:
 
 @claim("attitude", _declares("attitude", _has_form(RigidBody)))
 def _attitude(trials: Trials) -> Finding:
-    return _kept(trials, from_rotations, "rotations kept")
+    return _check_kept(trials, from_rotations, "rotations kept")
 
 
 @claim("constraint", _declares("constraint", _has_form(Constrained)))
 def _constraint(trials: Trials) -> Finding:
-    return _kept(trials, lambda states: max(from_constraint(trials, states)), "constraint kept")
+    return _check_kept(trials, lambda states: max(from_constraint(trials, states)), "constraint kept")
 
 
 def _coarse(trials: Trials) -> Iterator[tuple[int, Problem]]:
@@ -225,12 +225,12 @@ def _at_the_longest(trials: Trials, defects: Iterator[_Defect], what: str) -> Fi
     if first is None or before is None:
         return not_applicable(f"no solution with finite states at its {DECLINED} longest steps")
     if first.found <= first.allowed:
-        return passed(f"{first.found:.2g}")
+        return pass_claim(f"{first.found:.2g}")
     for half in defects:
         if half.found <= half.allowed:
             if not before.found <= half.found * 2.0 ** (2 * (trials.integrator.order or HIGH) + 2):
-                return passed(f"{half.found:.2g} at h = {half.setting:.6g}")
+                return pass_claim(f"{half.found:.2g} at h = {half.setting:.6g}")
             break
         before = half
     part = f" over 1/{2**first.halvings} of the span" if first.halvings else ""
-    return failed(f"h = {first.setting:.6g}{part}", f"{what} to {first.allowed:.2g}", f"{first.found:.2g}")
+    return fail_claim(f"h = {first.setting:.6g}{part}", f"{what} to {first.allowed:.2g}", f"{first.found:.2g}")

@@ -42,10 +42,10 @@ from gnomon.harness.verification.claims import (
     Claim,
     Finding,
     Outcome,
-    failed,
+    fail_claim,
     not_applicable,
     not_checked,
-    passed,
+    pass_claim,
 )
 from gnomon.harness.verification.diagnosis import Facts, Failures, conclude, digest, facts, of_many_calls
 from gnomon.harness.verification.function_adapter import FunctionAdapter, Stepped
@@ -283,7 +283,7 @@ def verify(
     1
     """
     need_fork()
-    chosen = planned(integrator, names, depth, claims)
+    chosen = plan_verification(integrator, names, depth, claims)
     report = Report(
         integrator.id, depth, claims=tuple(claims or ()), cases=tuple(case.id for case, _ in chosen) if names else ()
     )
@@ -309,7 +309,7 @@ def verify(
 
         waiting = run(waiting, workers, ends, has_failed)
         if has_failed() or (every and report.of(Outcome.FAILED)):
-            report.diagnosis = _diagnosed(integrator, report, on, ends)
+            report.diagnosis = _diagnose(integrator, report, on, ends)
         if report.diagnosis is not None and not every:
             break
     seconds = (monotonic() - began) / max(1, len(report.rows))
@@ -321,7 +321,7 @@ def verify(
     return report
 
 
-def _diagnosed(integrator: Integrator, report: Report, on: dict[str, Case], ends: float) -> str | None:
+def _diagnose(integrator: Integrator, report: Report, on: dict[str, Case], ends: float) -> str | None:
     """The likely cause of a report's failures, from solutions on one case in two new processes; None if time is over."""
     stopped = next(
         (row.finding.got for row in report.of(Outcome.FAILED) if TooManyCalls.__name__ in row.finding.got), None
@@ -337,7 +337,7 @@ def _diagnosed(integrator: Integrator, report: Report, on: dict[str, Case], ends
     found: list[Facts] = []
     for probe in (digest, facts):
         rows: list[Row] = []
-        run([CaseJob(integrator, case, DEPTHS[report.depth], rows.append, [FIRST], partial(_probed, probe))], 1, ends)
+        run([CaseJob(integrator, case, DEPTHS[report.depth], rows.append, [FIRST], partial(_probe, probe))], 1, ends)
         finding = rows[0].finding
         if finding.outcome == Outcome.NOT_CHECKED:
             return None
@@ -350,11 +350,11 @@ def _diagnosed(integrator: Integrator, report: Report, on: dict[str, Case], ends
     return conclude(failures, rest | declared | {"alone": alone, "steps": isinstance(integrator.sweep, Steps)})
 
 
-def _probed(probe: Callable[[Trials], Facts], trials: Trials) -> Finding:
-    return passed(json.dumps(probe(trials)))
+def _probe(probe: Callable[[Trials], Facts], trials: Trials) -> Finding:
+    return pass_claim(json.dumps(probe(trials)))
 
 
-def planned(
+def plan_verification(
     integrator: Integrator, names: Sequence[selection.CaseLike] | None, depth: str, claims: Sequence[str] | None = None
 ) -> list[tuple[Case, list[str]]]:
     """The cases on which an integrator is verified, each with its claim ids; arguments and errors as in `verify`."""
@@ -367,11 +367,11 @@ def planned(
     ids = _claim_ids(claims)
     chosen = [case.rounded() for case in _cases(integrator, names, DEPTHS[depth])]
     first = next((case for case in chosen if case.variant is None), None)
-    found = [(case, [i for i in ids if _made(CLAIMS[i], case, first, bool(names))]) for case in chosen]
+    found = [(case, [i for i in ids if _is_made(CLAIMS[i], case, first, bool(names))]) for case in chosen]
     return [(case, ids) for case, ids in found if ids]
 
 
-def _made(claim: Claim, case: Case, first: Case | None, named: bool) -> bool:
+def _is_made(claim: Claim, case: Case, first: Case | None, named: bool) -> bool:
     """Whether a claim is made on a case; `first` is the first default variant.
 
     On a hard variant that the user `named` the claims about accuracy are made too.
@@ -480,7 +480,7 @@ class CaseJob(Job):
         if not self.ready:
             raise ValueError(f"{self.case.id}: the exact motion could not be computed: {why}")
         self.ready, self.limit = False, REFERENCE_SECONDS
-        a_hang = failed("", "an answer", why, "A hang or a crash gives no answer.")
+        a_hang = fail_claim("", "an answer", why, "A hang or a crash gives no answer.")
         self._row(not_applicable(f"no answer: {why}") if silent else a_hang, decisive=late and not silent)
 
     @property
@@ -541,4 +541,4 @@ def _first(trials: Trials) -> Finding:
             text = "".join(traceback.format_exception(type(error), error, frames or error.__traceback__))
         else:
             return Finding(Outcome.PASSED)
-    return failed("", "states", text)
+    return fail_claim("", "states", text)

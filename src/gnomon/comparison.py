@@ -24,7 +24,7 @@ from gnomon.harness.own_systems.own_system import OwnSystem, make_system
 from gnomon.harness.registry import lookup, selection
 from gnomon.harness.results import reading
 from gnomon.harness.results.best import Best, best
-from gnomon.harness.results.equal_error import TARGETS, Reached, reached
+from gnomon.harness.results.equal_error import TARGETS, Reached, find_reached
 from gnomon.harness.results.number_text import error_text, power_text, problem_name, time_text
 from gnomon.harness.results.summary import tidy
 from gnomon.harness.running import own_equations, plan
@@ -276,7 +276,7 @@ def _reached(series: Sequence[Mapping[str, Any]]) -> dict[float, Reached]:
         if row["status"] in SCORED and row["seconds_median"]
     ]
     usable.sort(key=lambda row: -row["setting"])
-    return {each.target: each for each in reached(usable)} if usable else {}
+    return {each.target: each for each in find_reached(usable)} if usable else {}
 
 
 def _number(value: float | None) -> float:

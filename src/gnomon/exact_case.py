@@ -303,7 +303,7 @@ def list_cases(pattern: str = "") -> list[str]:
     if not isinstance(pattern, str):
         raise ValueError(f"pattern={pattern!r}: give a part of a name")
     if "/" in pattern:
-        return selection.expanded([pattern])
+        return selection.expand([pattern])
     return selection.containing(pattern, registry.names())
 
 

@@ -17,7 +17,7 @@ from gnomon.harness.contract.status import Status
 from gnomon.harness.results import regression, schema, store
 from gnomon.harness.results.regression import Verdict
 from gnomon.harness.system.files import MOST_BYTES
-from gnomon.harness.verification.baseline import Baseline, Entry, as_text, case_names, compared, read
+from gnomon.harness.verification.baseline import Baseline, Entry, as_text, case_names, compare_with_baseline, read
 from gnomon.harness.verification.verification_report import read_known
 
 pytestmark = pytest.mark.usefixtures("no_hang")
@@ -48,8 +48,8 @@ def written(folder: Path, **columns: Any) -> Path:
 def test_a_sound_baseline_is_read(tmp_path: Path) -> None:
     """The others differ from it by the value that is named."""
     assert read(written(tmp_path)) == BASE
-    assert not compared(BASE, BASE).failed
-    assert compared(BASE, WORSE).failed
+    assert not compare_with_baseline(BASE, BASE).failed
+    assert compare_with_baseline(BASE, WORSE).failed
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, -1.0])
@@ -75,25 +75,25 @@ def test_counts_that_one_of_the_two_lacks_are_not_compared(counts: tuple[str, ..
     pair = (lost, BASE) if side == 0 else (BASE, lost)
     if "rhs_low" in counts:
         with pytest.raises(ValueError, match="6 because right-hand sides are counted in one of the two alone"):
-            compared(*pair)
+            compare_with_baseline(*pair)
     else:
-        verdict = compared(*pair)
+        verdict = compare_with_baseline(*pair)
         assert verdict.failed
         assert verdict.not_compared == {"steps are counted in one of the two alone": 6}
-    assert not compared(lost, lost).failed
+    assert not compare_with_baseline(lost, lost).failed
 
 
 def test_the_bounds_of_the_base_hide_no_error() -> None:
     """A floor of 1e300 is finite; the run has its own."""
     for bound in ("floor", "conditioning"):
         wide = replace(BASE, entries=tuple(replace(each, **{bound: 1e300}) for each in BASE.entries))
-        assert any("errors are 1e+05 times" in line for line in compared(wide, WORSE).regressions)
+        assert any("errors are 1e+05 times" in line for line in compare_with_baseline(wide, WORSE).regressions)
 
 
 def test_an_error_that_was_zero_and_is_not_any_more_is_named() -> None:
     """The relative change is infinite."""
     exact = replace(BASE, entries=tuple(replace(each, error_low=0.0, error_high=0.0) for each in BASE.entries))
-    assert any("changed" in line for line in compared(exact, BASE).regressions)
+    assert any("changed" in line for line in compare_with_baseline(exact, BASE).regressions)
 
 
 @pytest.fixture(scope="module")

@@ -34,8 +34,8 @@ BROKEN = (
 def shown(folder: Path, name: str) -> str:
     """All texts of the page that come from a file."""
     if name in AS_HTML:
-        return str(report_checks.certified(folder, folder)) + "".join(
-            map(markdown, report_checks.certified_lines(folder, folder))  # as summary.md has them
+        return str(report_checks.render_certificates(folder, folder)) + "".join(
+            map(markdown, report_checks.list_certificates(folder, folder))  # as summary.md has them
         )
     if name == sidecars.LEAGUE:
         with pytest.MonkeyPatch.context() as patched:

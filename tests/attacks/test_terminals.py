@@ -16,7 +16,7 @@ from gnomon.harness.results.visible import visible
 from gnomon.harness.stability import panel_run
 from gnomon.harness.stability.panel_run import Row
 from gnomon.harness.verification import claim_tests
-from gnomon.harness.verification.claims import failed, not_applicable
+from gnomon.harness.verification.claims import fail_claim, not_applicable
 from hypothesis import given
 from hypothesis import strategies as st
 from planted_texts import MESSAGE
@@ -111,7 +111,7 @@ def test_the_message_of_an_integrator_is_harmless(
 
 
 @pytest.mark.usefixtures("workflow")
-@pytest.mark.parametrize("finding", [failed(MESSAGE, MESSAGE, MESSAGE, MESSAGE), not_applicable(MESSAGE)])
+@pytest.mark.parametrize("finding", [fail_claim(MESSAGE, MESSAGE, MESSAGE, MESSAGE), not_applicable(MESSAGE)])
 def test_a_test_of_a_claim_has_a_harmless_message(finding: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     """pytest prints it as it is."""
 
@@ -207,7 +207,7 @@ def resumed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         assert all((row.integrator, row.panel) == ("gnomon:RK4", "linear") for row in former)
         return list(former)
 
-    monkeypatch.setattr(panel_run, "measured", measures)
+    monkeypatch.setattr(panel_run, "measure_panels", measures)
     return tmp_path / "stability.json"
 
 

@@ -74,10 +74,10 @@ def nothing(content: bytes) -> bytes:
 def test_a_task(benchmark: Any) -> None:
     """200 calls that do nothing, with the data of a task: the costs of Dask and the connection."""
     pytest.importorskip("distributed", reason="needs Dask: pip install 'gnomon[cluster]'")
-    from gnomon.harness.cluster.connection import connected
+    from gnomon.harness.cluster.connection import connect
 
     content, names = bytes(50_000), count()
-    with connected("local", 2) as cluster:
+    with connect("local", 2) as cluster:
         calls = [((content,), k) for k in range(200)]
         benchmark.pedantic(lambda: list(cluster.map(nothing, calls, f"nothing-{next(names)}")), rounds=3)
 
@@ -89,7 +89,7 @@ def test_two_dask_workers_against_two_processes(
     """The same series by two processes and by two Dask workers in turn, all started before: `efficiency` is the ratio
     of the shortest times."""
     pytest.importorskip("distributed", reason="needs Dask: pip install 'gnomon[cluster]'")
-    from gnomon.harness.cluster.connection import connected
+    from gnomon.harness.cluster.connection import connect
     from gnomon.harness.cluster.dask_run import run as run_on_cluster
 
     suite = replace(plan.suite("quick").within(5.0), launches=2)
@@ -102,7 +102,7 @@ def test_two_dask_workers_against_two_processes(
     def shared() -> None:
         run_on_cluster(tmp_path / f"{next(places)}", suite, chosen, [planted.Sound()], "local")
 
-    with connected("local", 2) as cluster:
+    with connect("local", 2) as cluster:
         monkeypatch.setattr("gnomon.harness.cluster.dask_run.connected", lambda *_: nullcontext(cluster))
         times: dict[Any, list[float]] = {alone: [], shared: []}
         for _ in range(3):

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from gnomon.cases import get
-from gnomon.harness.ensembles.draws import varied
+from gnomon.harness.ensembles.draws import choose_varied
 from gnomon.harness.ensembles.ensemble_run import Job, execute
 from gnomon.harness.ensembles.exact_formulas import exact_states
 from gnomon.harness.ensembles.samples import Ensemble
@@ -22,7 +22,7 @@ SAMPLES = 2**17
 
 
 def ensemble(name: str) -> Ensemble:
-    return Ensemble(name, "gnomon:Gauss 8-stage SIMD", 1e-9, varied(get(name)))
+    return Ensemble(name, "gnomon:Gauss 8-stage SIMD", 1e-9, choose_varied(get(name)))
 
 
 @pytest.mark.parametrize("name", CASES)

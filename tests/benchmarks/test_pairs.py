@@ -32,7 +32,7 @@ from gnomon.harness.integrators.runge_kutta.explicit import RK4
 from gnomon.harness.measuring.prepared import Prepared
 from gnomon.harness.registry import lookup
 from gnomon.harness.running.first_use import CACHES
-from gnomon.harness.studies.pairs import Side, at_equal_error, interleaved, null_call, swept
+from gnomon.harness.studies.pairs import Side, at_equal_error, null_call, swept, time_interleaved
 
 HALF_DECADES = [10.0 ** (-k / 2) for k in range(4, 33)]
 DECADES = [10.0**-k for k in range(6, 16)]
@@ -179,7 +179,7 @@ def test_nanoseconds_a_right_hand_side(benchmark: Any, method: type[Integrator])
     start = initial_state(case)[None]
     counted = counting(problem)
     method().prepare(counted, setting)(start)
-    ((seconds,),) = interleaved([[method().prepare(problem, setting)]], start, 1 if benchmark.disabled else 25)
+    ((seconds,),) = time_interleaved([[method().prepare(problem, setting)]], start, 1 if benchmark.disabled else 25)
     benchmark.extra_info["rows"] = [
         {
             "group": "a right-hand side", "problem": "pendulum_simple/speed", "level": None, "unit": "s",

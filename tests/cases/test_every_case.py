@@ -65,7 +65,7 @@ def examples(name: str) -> Any:
 def agreed(first: Any, second: Any, case: Case) -> float:
     """Digits in which two states agree, relative to the size of the motion."""
     with working(3 * agreement.DIGITS) as mp:
-        return agreement.agreed(
+        return agreement.count_agreed_digits(
             (mp.mpf(a) - mp.mpf(b), size) for a, b, size in zip(first, second, agreement.sizes(case), strict=True)
         )
 
@@ -133,7 +133,9 @@ def test_motions_compose(name: str) -> None:
         except ValueError:
             return  # rounding moves a start at the edge of the domain out of it
         assert agreed(
-            rest.exact(case.span - t, agreement.asked(case)), case.exact(case.span, agreement.asked(case)), case
+            rest.exact(case.span - t, agreement.find_asked_digits(case)),
+            case.exact(case.span, agreement.find_asked_digits(case)),
+            case,
         ) >= enough(case)
 
     holds()
@@ -150,7 +152,7 @@ def test_the_reversed_motion_retraces_it(name: str) -> None:
         there = case.reversed([exact(x) for x in case.exact(t, 120 if case.certified_digits > SHORT else 44)])
         assert there is not None
         back = case.with_numbers(*there)
-        returned = back.reversed(back.exact(t, agreement.asked(case)))
+        returned = back.reversed(back.exact(t, agreement.find_asked_digits(case)))
         assert returned is not None
         assert agreed(returned[0], case.initial_state, case) >= enough(case)
 

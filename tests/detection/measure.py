@@ -39,7 +39,7 @@ from gnomon.harness.studies import preflight
 from gnomon.harness.studies.related_motions import later
 from gnomon.harness.verification.claims import Outcome
 from gnomon.harness.verification.engine_preflights import preflight_rows
-from gnomon.harness.verification.verify import CLAIMS, FIRST, FirstTrialError, Row, planned, verify
+from gnomon.harness.verification.verify import CLAIMS, FIRST, FirstTrialError, Row, plan_verification, verify
 from gnomon.reference.storage.import_closure import closure
 
 from gnomon import cases
@@ -129,7 +129,9 @@ def parts(integrator: Integrator, depth: str) -> list[tuple[Sequence[str], str |
     steps = isinstance(integrator.sweep, Steps)
     later = [name for name, claim in CLAIMS.items() if name not in EARLY and not (steps and claim.hard)]
     ours = SceneForm in integrator.accepts and integrator.id not in lookup.everything()
-    on_cases = [(claims, case.id) for claims in (EARLY, later) for case, _ in planned(integrator, None, depth, claims)]
+    on_cases = [
+        (claims, case.id) for claims in (EARLY, later) for case, _ in plan_verification(integrator, None, depth, claims)
+    ]
     return [*on_cases, *([(tuple(preflight.TEXTS), None)] if ours else [])]
 
 
@@ -169,7 +171,7 @@ def changes(faulty: Integrator, right: Integrator) -> bool:
 
     Two motions are solved at once: from the start, and from a state that the exact motion passes.
     """
-    first = [case.id for case, _ in planned(right, None, "low")]
+    first = [case.id for case, _ in plan_verification(right, None, "low")]
     others = [case.id for case in map(cases.get, cases.names()) if takes(right, case) and case.id not in first]
     for name in [*first, *others]:
         spec = CaseSpec.of(cases.get(*name.split("/")).rounded())

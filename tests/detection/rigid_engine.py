@@ -7,7 +7,7 @@ import numpy as np
 from gnomon.cases.core.scene import Body, Hinge, Readings, Scene
 from gnomon.cases.scenes.attitude import matrix
 from gnomon.harness.adapters.engines.scene_run import forces_at
-from gnomon.harness.adapters.engines.vectors import turned
+from gnomon.harness.adapters.engines.vectors import turn_arm
 from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.verification.engine_adapter import EngineIntegrator, from_engine
 
@@ -63,7 +63,7 @@ class RigidEngine:
             return tuple(part[:3].tolist()), tuple(part[7:10].tolist())
         axis, place, rate = self.axis(joint), float(part[0]), float(part[1])
         if isinstance(joint, Hinge):
-            arm = np.array(turned(tuple(axis.tolist()), joint.arm, place)[1])
+            arm = np.array(turn_arm(tuple(axis.tolist()), joint.arm, place)[1])
             where, velocity = joint.anchor + arm, rate * np.cross(axis, arm)
         else:
             where, velocity = joint.anchor + place * axis, rate * axis
@@ -95,7 +95,7 @@ class RigidEngine:
         axis = self.axis(joint)
         if not isinstance(joint, Hinge):
             return float(axis @ force) / body.mass
-        lever = np.cross(axis, np.array(turned(tuple(axis.tolist()), joint.arm, place)[1]))
+        lever = np.cross(axis, np.array(turn_arm(tuple(axis.tolist()), joint.arm, place)[1]))
         moment = axis @ (np.array(body.inertia) * axis) + body.mass * lever @ lever
         return float(lever @ force / moment)
 

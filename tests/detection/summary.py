@@ -94,7 +94,7 @@ def published(
     alive = [row["name"] for row in [*changed, *defects] if row["claim"] is None]
     integrators, alarming = ({row["name"] for row in some} for some in (right, alarms))
     found = {
-        "environment": environment.recorded(),
+        "environment": environment.record(),
         "rows_by_sources": dict(Counter(row["sources"] for row in measured)),
         "population": POPULATION,
         "depth": depths[-1],

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
-from gnomon.harness.results.rankings import ranked
+from gnomon.harness.results.rankings import rank_methods
 from gnomon.harness.results.separation import Scatter, Timed, compare, scatter_of, states
 
 SCATTER = 0.03
@@ -86,4 +86,4 @@ def timed(rows: Sequence[Mapping[str, Any]], launches: int = 5) -> pd.DataFrame:
     """`ranked` of rows with a case, an integrator, its `seconds`, an error: each launch has these, within 2 %."""
     table = pd.DataFrame(rows).assign(variant="", formulation="", null_share=0.01, launches=launches)
     table["times"] = [{(1, n): x * (1 + 0.01 * (n % 3 - 1)) for n in range(launches)} for x in table["seconds"]]
-    return ranked(table, KNOWN)
+    return rank_methods(table, KNOWN)

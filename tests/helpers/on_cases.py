@@ -13,23 +13,23 @@ from gnomon.cases import get
 from gnomon.cases.core.case import Case
 from gnomon.cases.core.formulation import Formulation
 from gnomon.harness.adapters.engines.scene_run import SceneIntegrator, SceneRun
-from gnomon.harness.contract.declared import declared
+from gnomon.harness.contract.declared import read_declared
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solution, solver_of
 from gnomon.harness.contract.problem import initial_state, problem_of
-from gnomon.harness.measuring.reference_solution import CaseSpec, kept_solution
+from gnomon.harness.measuring.reference_solution import CaseSpec, find_kept
 
 
 @cache
 def exact_states(case: Case) -> Floats:
     """At the sample times, shape (64, dimension); once for a case. The states that come with gnomon are read, as long as
     the sources of the case and of its motion are those that made them: bodies that attract each other take seconds."""
-    kept = kept_solution(CaseSpec.of(case))
+    kept = find_kept(CaseSpec.of(case))
     return case.sample(case.times) if kept is None else kept.exact
 
 
 def exact_state(case: Case, sample: int) -> Floats:
     """At one sample time, shape (dimension,)."""
-    kept = kept_solution(CaseSpec.of(case))
+    kept = find_kept(CaseSpec.of(case))
     return np.array(case.exact(case.times[sample].item()), dtype=float) if kept is None else kept.exact[sample]
 
 
@@ -97,7 +97,7 @@ def of_order(order: float | None) -> tuple[Any, Any]:
 def recorded(policy: type[SceneIntegrator]) -> dict[str, Any]:
     """Each option that an engine records on the scenes of the suite `engines`, as the last scene that has it does."""
     options: dict[str, Any] = {}
-    for name in declared("running", "suites.toml")["engines"]["cases"]:
+    for name in read_declared("running", "suites.toml")["engines"]["cases"]:
         case = get(*name.split("/")).rounded()
         if case.scene is None or policy().unsupported(case.scene) is not None:
             continue

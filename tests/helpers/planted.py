@@ -12,7 +12,7 @@ from gnomon.cases import Case
 from gnomon.cases.core.forms import FirstOrder
 from gnomon.cases.pendulums.pendulum_simple import PendulumSimple
 from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solution, Steps
-from gnomon.harness.kernels.compiling import announced
+from gnomon.harness.kernels.compiling import announce
 from gnomon.harness.measuring import prepared
 from gnomon.harness.running import first_use, worker
 from passing_time import hang, pass_time
@@ -156,7 +156,7 @@ class Compiles(Sound):
         def solve(initial_states: Any) -> Solution:
             if round(problem.interval / setting) == 8 and not Compiles.compiled:
                 Compiles.compiled = True
-                with announced():
+                with announce():
                     pass_time(1.5)
             return sound(initial_states)
 
@@ -182,7 +182,7 @@ class CompilesAndHangs(Hangs):
         hanging = super().prepare(problem, setting)
 
         def solve(initial_states: Any) -> Solution:
-            with announced():
+            with announce():
                 pass
             return hanging(initial_states)
 

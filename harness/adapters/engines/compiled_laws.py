@@ -17,7 +17,7 @@ from gnomon.harness.adapters.engines.scene_run import LOAD, MOTION, loads_of
 from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.kernels import emission, ir
 from gnomon.harness.kernels.equations import Kernel, content, write
-from gnomon.harness.kernels.straight_line import computed
+from gnomon.harness.kernels.straight_line import compute
 from gnomon.harness.kernels.traced import RUN, Node, Trace, Value, sequence
 
 Law = Callable[[Any], Any]
@@ -56,7 +56,7 @@ class Numbers(Trace):
         return super().node(operation, self.held(first), *others)
 
 
-def compiled_laws(scene: Scene, drives: Sequence[Law], driven: Callable[[Law, Any], Sequence[Any]]) -> Laws | None:
+def compile_laws(scene: Scene, drives: Sequence[Law], driven: Callable[[Law, Any], Sequence[Any]]) -> Laws | None:
     """The laws of a scene as a kernel of the motions of its bodies; None for laws that only Python computes.
 
     After the loads on the bodies it computes the numbers `driven(law, t)` of each law of `drives`, a function of time. Laws
@@ -65,16 +65,16 @@ def compiled_laws(scene: Scene, drives: Sequence[Law], driven: Callable[[Law, An
     names = [name for force in scene.forces for name in (force.body, force.partner) if name]
     bodies = tuple(dict.fromkeys([*names, *(torque.body for torque in scene.torques)]))
     try:
-        return traced_laws(scene, bodies, drives, driven)
+        return trace_laws(scene, bodies, drives, driven)
     except Exception:  # code of a law may raise anything at a symbol
         pass
     try:
-        return None if drives else emitted_laws(scene, bodies)
+        return None if drives else emit_laws(scene, bodies)
     except Exception:  # the engine calls the law itself, which shows its own errors
         return None
 
 
-def traced_laws(
+def trace_laws(
     scene: Scene, bodies: tuple[str, ...], drives: Sequence[Law], driven: Callable[[Law, Any], Sequence[Any]]
 ) -> Laws:
     trace = Numbers(MOTION * len(bodies))
@@ -87,7 +87,7 @@ def traced_laws(
     values = [trace.held(value) for value in found]
 
     def body(t: ir.Value, y: ir.Array, p: ir.Array, out: ir.Array) -> None:
-        write(out, computed(values, trace, t, content(y), content(p), emission.MATH))
+        write(out, compute(values, trace, t, content(y), content(p), emission.MATH))
 
     def named(value: Value) -> str:
         return f"#{value.index}" if isinstance(value, Node) else repr(value)
@@ -98,7 +98,7 @@ def traced_laws(
     return Laws(Kernel(key, body, (len(trace.state), len(trace.numbers), len(values))), numbers, bodies)
 
 
-def emitted_laws(scene: Scene, bodies: tuple[str, ...]) -> Laws:
+def emit_laws(scene: Scene, bodies: tuple[str, ...]) -> Laws:
     def body(t: ir.Value, y: ir.Array, p: ir.Array, out: ir.Array) -> None:
         write(out, loads_of(scene, bodies, t, content(y), emission.Translation().inline))
 
@@ -139,5 +139,5 @@ class Loads:
 
 def loads_if_compiled(scene: Scene) -> Loads | None:
     """The loads of a scene with forces or torques; None without them, and for laws that only Python computes."""
-    laws = compiled_laws(scene, (), lambda law, t: ()) if scene.forces or scene.torques else None
+    laws = compile_laws(scene, (), lambda law, t: ()) if scene.forces or scene.torques else None
     return None if laws is None else Loads(laws)

@@ -61,7 +61,7 @@ def body_file(scene: Scene, body: Body) -> str:
     pull = along(ORIGIN, scene.gravity, body.mass)
     parts = external("force", "INERTIAL", DIRECTIONS, [f"<value>{each!r}</value>" for each in pull])
     for force in scene.forces:
-        parts += external("force", "INERTIAL", DIRECTIONS, written(force.law, (*PLACES, *VELOCITIES)))
+        parts += external("force", "INERTIAL", DIRECTIONS, write_functions(force.law, (*PLACES, *VELOCITIES)))
     for torque in scene.torques:
         parts += external("moment", *moment(torque))
     numbered = (part.format(number) for number, part in enumerate(parts))
@@ -92,21 +92,21 @@ def moment(torque: Torque) -> tuple[str, tuple[Vector, ...], list[str]]:
         q = [dice.gauss(0, 1) for _ in range(4)]
         size = hypot(*q)
         attitude = (q[0] / size, q[1] / size, q[2] / size, q[3] / size)
-        found = law(t, attitude, turned(attitude, rates))
+        found = law(t, attitude, turn_axes(attitude, rates))
         bound = 1e-12 * max(map(abs, found))
 
         def same(other: Vector, found: Vector = found, bound: float = bound) -> bool:
             return all(abs(a - b) <= bound for a, b in zip(found, other, strict=True))
 
-        in_body = in_body and same(turned(attitude, law(t, IDENTITY, rates)))
+        in_body = in_body and same(turn_axes(attitude, law(t, IDENTITY, rates)))
         in_space = in_space and same(law(t, IDENTITY, ORIGIN))
     if not (in_body or in_space):
         raise Refused("its functions do not know the attitude, on which a torque depends")
-    texts = written(lambda t, rates, none: law(t, IDENTITY, rates), RATES)
+    texts = write_functions(lambda t, rates, none: law(t, IDENTITY, rates), RATES)
     return ("BODY", AXES, texts) if in_body else ("INERTIAL", DIRECTIONS, texts)
 
 
-def written(law: Callable[..., Vector], arguments: tuple[str, ...]) -> list[str]:
+def write_functions(law: Callable[..., Vector], arguments: tuple[str, ...]) -> list[str]:
     """The components of a law of (t, three arguments, three arguments) as functions of JSBSim."""
     trace = Trace(len(arguments), 0)
     names = {"t": TIME} | {f"y[{i}]": text for i, text in enumerate(arguments)}
@@ -145,6 +145,6 @@ def rotation(q: Quaternion) -> Matrix:
     )
 
 
-def turned(attitude: Quaternion, vector: Vector) -> Vector:
+def turn_axes(attitude: Quaternion, vector: Vector) -> Vector:
     a, b, c = rotation(attitude)
     return dot(a, vector), dot(b, vector), dot(c, vector)

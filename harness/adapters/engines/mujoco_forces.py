@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 from gnomon.cases.core.scene import Scene
-from gnomon.harness.adapters.engines.compiled_laws import Law, Laws, compiled_laws
+from gnomon.harness.adapters.engines.compiled_laws import Law, Laws, compile_laws
 from gnomon.harness.adapters.engines.scene_run import LOAD, MOTION
 from gnomon.harness.kernels.c_structures import c_functions, floats_at, run_at, word_at
 
@@ -62,7 +62,7 @@ def time_function(
     laws: Sequence[Law], driven: Callable[[Law, Any], Sequence[Any]]
 ) -> Callable[[float], Sequence[float]]:
     """The function of time that computes the numbers `driven(law, t)` of all laws, compiled if they can be traced."""
-    found = compiled_laws(Scene((0.0, 0.0, 0.0), ()), laws, driven)
+    found = compile_laws(Scene((0.0, 0.0, 0.0), ()), laws, driven)
     if found is None:
         return lambda t: [value for law in laws for value in driven(law, t)]
     array, numbers, nothing = found.kernel.array, found.numbers, np.zeros(0)

@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 from gnomon.cases.core.scene import Body, Contact, Quaternion, Readings, Scene, SceneForm, Slider, Vector
 from gnomon.harness.adapters.engines.attitudes import frame_along, scalar_first, upward_to
-from gnomon.harness.adapters.engines.compiled_laws import Law, compiled_laws
+from gnomon.harness.adapters.engines.compiled_laws import Law, compile_laws
 from gnomon.harness.adapters.engines.compliant import damping_ratio
 from gnomon.harness.adapters.engines.mujoco_forces import TABLE, CompiledForces, time_function
 from gnomon.harness.adapters.engines.mujoco_model import AXES, FOLLOWERS, PRESCRIBED, Model, is_point, link, numbers
 from gnomon.harness.adapters.engines.scene_run import forces_at, impulses_within, torques_at
-from gnomon.harness.adapters.engines.vectors import ORIGIN, along, cross, dot, inverse, rotated
+from gnomon.harness.adapters.engines.vectors import ORIGIN, along, cross, dot, inverse, rotate
 from gnomon.harness.contract.integrator import Floats
 
 HARD = (0.9999, 0.9999, 0.001)
@@ -65,7 +65,7 @@ class World:
         self.pushed = bool(scene.forces or scene.torques or self.prescribed)
         if not known:
             drives = [law for _, law in self.prescribed]
-            self.laws = compiled_laws(scene, drives, self._drive) if self.pushed else None
+            self.laws = compile_laws(scene, drives, self._drive) if self.pushed else None
             self.positions = time_function(drives, self._follow)
         self.text = self.layout.text(self._option() + (TABLE if self.laws else ""), self._contact)
         self.model = self.api.MjModel.from_xml_string(self.text)
@@ -169,7 +169,7 @@ class World:
     def _place_free(self, body: Body) -> None:
         q, v = self._first(body)
         self.data.qpos[q : q + 7] = *body.position, *scalar_first(body.quaternion)
-        self.data.qvel[v : v + 6] = *body.velocity, *rotated(inverse(body.quaternion), body.angular_velocity)
+        self.data.qvel[v : v + 6] = *body.velocity, *rotate(inverse(body.quaternion), body.angular_velocity)
 
     def _place_ball(self, body: Body) -> None:
         """The body with its fixed point at the origin.
@@ -183,11 +183,11 @@ class World:
             attitude, spin = upward_to(body.position), along(ORIGIN, cross(body.position, body.velocity), 1 / square)
             model.body_ipos[number] = 0.0, 0.0, -(square**0.5) / 2
             model.body_inertia[number] = body.mass * square / 2
-        arm = rotated(inverse(attitude), body.position)
+        arm = rotate(inverse(attitude), body.position)
         joint = model.body_jntadr[number]
         model.body_pos[number], model.jnt_pos[joint] = arm, along(ORIGIN, arm, -1.0)
         q, v = self._first(body)
-        self.data.qpos[q : q + 4], self.data.qvel[v : v + 3] = scalar_first(attitude), rotated(inverse(attitude), spin)
+        self.data.qpos[q : q + 4], self.data.qvel[v : v + 3] = scalar_first(attitude), rotate(inverse(attitude), spin)
 
     def _prescribe(self, t: float) -> None:
         """Set prescribed joints to their values at time t."""

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import Any
 
 from gnomon.cases.core.scene import Body, Contact, Hinge, Rope, Scene, Slider, Vector
-from gnomon.harness.adapters.engines.vectors import ORIGIN, along, dot, rotated, vector
+from gnomon.harness.adapters.engines.vectors import ORIGIN, along, dot, rotate, vector
 from gnomon.harness.contract.integrator import Refused
 
 STAND_IN = 0.1
@@ -87,7 +87,7 @@ class Assembly:
         inertia, share, arm = body.inertia, 1.0, ORIGIN
         if joint is None:
             x, y, z, w = body.quaternion
-            arm = rotated((-x, -y, -z, w), body.position)
+            arm = rotate((-x, -y, -z, w), body.position)
         elif isinstance(joint, Hinge):
             arm = joint.arm
             own = sum(i * a * a for i, a in zip(inertia, joint.axis, strict=True))
@@ -209,7 +209,7 @@ class Assembly:
         else:
             body = Body(f"puller of {rope.body}", 1.0, ORIGIN, along(rope.hole, rope.axis, 1.0))
             end = self._free(
-                body, Slider(body.name, body.name, body.position, rope.axis, 0.0, 0.0, drive=_pulled(rope.length))
+                body, Slider(body.name, body.name, body.position, rope.axis, 0.0, 0.0, drive=_make_pull(rope.length))
             )
         guides = (
             (self.parts[rope.body].number, "ANCHOR", ORIGIN),
@@ -231,5 +231,5 @@ class Assembly:
         )
 
 
-def _pulled(length: Callable[[float], float]) -> Callable[[float], float]:
+def _make_pull(length: Callable[[float], float]) -> Callable[[float], float]:
     return lambda t: length(0.0) - length(t)

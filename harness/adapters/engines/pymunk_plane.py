@@ -45,7 +45,7 @@ class Plane:
         return max(map(abs, self.flat(vector))) <= ROUNDING * abs(vector[self.normal])
 
 
-def turned(vector: Pair, angle: float) -> Pair:
+def turn_plane(vector: Pair, angle: float) -> Pair:
     c, s = cos(angle), sin(angle)
     return c * vector[0] - s * vector[1], s * vector[0] + c * vector[1]
 
@@ -56,7 +56,7 @@ def plane_of(scene: Scene, first: int = 1) -> Plane:
         if (
             all(map(plane.holds, _in_plane(scene)))
             and all(map(plane.crosses, _across(scene)))
-            and _pulled(scene, plane)
+            and _is_pulled_in_plane(scene, plane)
         ):
             return plane
     raise Refused("planar engine: the scene does not move in a coordinate plane")
@@ -87,7 +87,7 @@ def _across(scene: Scene) -> Iterator[Vector]:
         yield impulse.angular
 
 
-def _pulled(scene: Scene, plane: Plane) -> bool:
+def _is_pulled_in_plane(scene: Scene, plane: Plane) -> bool:
     """Whether forces on free bodies are in the plane at the start, also with another velocity in it."""
     jointed = {joint.body for joint in scene.joints}
     bodies = {body.name: body for body in scene.bodies}

@@ -10,7 +10,7 @@ from typing import Any
 from gnomon.cases.core.scene import Hinge, Quaternion, Readings, Scene, SceneForm, Slider, Vector
 from gnomon.harness.adapters.engines.compiled_laws import Loads, loads_if_compiled
 from gnomon.harness.adapters.engines.pymunk_build import RAIL, Built
-from gnomon.harness.adapters.engines.pymunk_plane import Pair, Plane, plane_of, turned
+from gnomon.harness.adapters.engines.pymunk_plane import Pair, Plane, plane_of, turn_plane
 from gnomon.harness.adapters.engines.scene_run import forces_at, impulses_within, torques_at
 from gnomon.harness.contract.integrator import Refused
 
@@ -77,7 +77,7 @@ class World:
     def _move(self, name: str, position: Pair, velocity: Pair, angle: float, rate: float) -> None:
         """Set a body by the motion of its tip."""
         part = self.parts[name]
-        body, (x, y) = part.body, turned(part.tip, angle)
+        body, (x, y) = part.body, turn_plane(part.tip, angle)
         body.position, body.angle = (position[0] - x, position[1] - y), angle
         body.velocity, body.angular_velocity = (velocity[0] + rate * y, velocity[1] - rate * x), rate
         self.built.space.reindex_shapes_for_body(body)
@@ -89,7 +89,7 @@ class World:
         point, velocity, angle, rate = start, (0.0, 0.0), 0.0, 0.0
         if parent:
             (px, py), velocity, angle, rate = self._motion(parent)
-            x, y = turned(start, angle)
+            x, y = turn_plane(start, angle)
             point, velocity = (px + x, py + y), (velocity[0] - rate * y, velocity[1] + rate * x)
         if isinstance(joint, Slider):
             x, y = self.plane.flat(joint.axis)
@@ -104,7 +104,7 @@ class World:
             return
         sense = joint.axis[self.plane.normal]
         angle, rate = angle + sense * joint.angle, rate + sense * joint.rate
-        x, y = turned(self.plane.flat(joint.arm), angle)
+        x, y = turn_plane(self.plane.flat(joint.arm), angle)
         self._move(
             joint.body, (point[0] + x, point[1] + y), (velocity[0] - rate * y, velocity[1] + rate * x), angle, rate
         )
@@ -128,7 +128,7 @@ class World:
         ux, uy = 0.0, 0.0
         if parent:
             (px, py), (pvx, pvy), angle, rate = self._motion(parent)
-            rx, ry = turned((rx, ry), angle)
+            rx, ry = turn_plane((rx, ry), angle)
             ux, uy, rx, ry = pvx - rate * ry, pvy + rate * rx, px + rx, py + ry
         dx, dy, a, b = x - rx, y - ry, *self.plane.flat(joint.arm)
         rate = (dx * (vy - uy) - dy * (vx - ux)) / (dx * dx + dy * dy)

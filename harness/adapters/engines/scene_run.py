@@ -77,14 +77,14 @@ class SceneIntegrator(Installed):
         """A new world for scenes of this form. Raises ImportError without the library, Refused if it declines the form."""
 
     def unsupported(self, form: Form | SceneForm) -> str | None:
-        return unsupported(form, frozenset(TOKENS) - self.lacks.keys(), self.lacks)
+        return find_unsupported(form, frozenset(TOKENS) - self.lacks.keys(), self.lacks)
 
     def prepare(self, problem: Problem, setting: float) -> Solver:
         require_positive(setting, "step size")
         return SceneRun(lambda form: self.world(form, setting), problem, setting)
 
 
-def unsupported(form: Form | SceneForm, tokens: frozenset[str], lacks: Mapping[str, str]) -> str | None:
+def find_unsupported(form: Form | SceneForm, tokens: frozenset[str], lacks: Mapping[str, str]) -> str | None:
     """The needs of a scene that are not among the tokens, each with the reason that `lacks` has for it."""
     if not isinstance(form, SceneForm):
         return "no scene"

@@ -21,7 +21,7 @@ def along(start: Vector, direction: Vector, length: float) -> Vector:
     return (start[0] + length * direction[0], start[1] + length * direction[1], start[2] + length * direction[2])
 
 
-def turned(axis: Vector, arm: Vector, angle: float) -> tuple[Quaternion, Vector]:
+def turn_arm(axis: Vector, arm: Vector, angle: float) -> tuple[Quaternion, Vector]:
     """The attitude after a rotation by `angle` about a unit `axis`, and the rotated arm (Rodrigues)."""
     x, y, z = along(ORIGIN, axis, sin(angle / 2))
     lever = along(along(ORIGIN, arm, cos(angle)), cross(axis, arm), sin(angle))
@@ -40,7 +40,7 @@ def times(p: Quaternion, q: Quaternion) -> Quaternion:
     return x, y, z, p[3] * q[3] - dot(u, v)
 
 
-def rotated(q: Quaternion, vector: Vector) -> Vector:
+def rotate(q: Quaternion, vector: Vector) -> Vector:
     """A vector after the rotation of a unit quaternion."""
     u = q[:3]
     twice = along(ORIGIN, cross(u, vector), 2.0)

@@ -19,7 +19,7 @@ from gnomon.harness.commands.show_case import POINTS, save
 from gnomon.harness.contract.integrator import Integrator, Tolerance
 from gnomon.harness.measuring.trials import DEPTHS, HALF_ULP, Trials
 from gnomon.harness.registry import selection
-from gnomon.harness.reporting.style import INK, QUIET, dressed
+from gnomon.harness.reporting.style import INK, QUIET, dress
 from gnomon.harness.results.convergence_order import LARGEST_ERROR
 from gnomon.harness.results.visible import visible
 from gnomon.harness.system.supervisor import run
@@ -48,7 +48,7 @@ def draw(integrator: Integrator, depth: str, row: Row, on: selection.CaseLike, p
     (case,) = selection.find_cases([on])
     found: list[Row] = []
 
-    measure = partial(_found, row.finding.setting)
+    measure = partial(_find, row.finding.setting)
     run([CaseJob(integrator, case, DEPTHS[depth], found.append, ["picture"], measure)], workers=1)
     if found[0].finding.outcome != Outcome.PASSED:
         raise ValueError(
@@ -57,11 +57,11 @@ def draw(integrator: Integrator, depth: str, row: Row, on: selection.CaseLike, p
     save(_chart(case, integrator, row, json.loads(found[0].finding.got)).to_dict(validate=False), path)
 
 
-def _found(setting: str, trials: Trials) -> Finding:
-    return Finding(Outcome.PASSED, got=json.dumps(_measured(trials, setting)))
+def _find(setting: str, trials: Trials) -> Finding:
+    return Finding(Outcome.PASSED, got=json.dumps(_measure(trials, setting)))
 
 
-def _measured(trials: Trials, text: str) -> dict[str, Any]:
+def _measure(trials: Trials, text: str) -> dict[str, Any]:
     """The solution at the setting of a finding, and the errors at all settings, as data for JSON."""
     setting = _setting(trials, text)
     answers = trials.answers()
@@ -99,7 +99,7 @@ def _chart(case: Case, integrator: Integrator, row: Row, found: dict[str, Any]) 
     wrapped = [part for line in said for part in textwrap.wrap(visible(line), 105)]
     panels = [*_motion(case, found), *_over_time(found), *_over_settings(integrator, found)]
     heading = alt.TitleParams(visible(title), subtitle=wrapped, offset=14)
-    return dressed(alt.vconcat(*panels, title=heading, spacing=18).resolve_scale(color="independent"))
+    return dress(alt.vconcat(*panels, title=heading, spacing=18).resolve_scale(color="independent"))
 
 
 def _motion(case: Case, found: dict[str, Any]) -> list[Any]:

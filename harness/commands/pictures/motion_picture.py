@@ -9,7 +9,7 @@ import numpy as np
 from gnomon.cases import Case
 from gnomon.harness.commands.show_case import save
 from gnomon.harness.measuring.drawn_motion import curve, planes
-from gnomon.harness.reporting.style import INK, dressed
+from gnomon.harness.reporting.style import INK, dress
 
 WIDTH, HEIGHT = 640, 180
 """Pixels of a panel over time."""
@@ -62,7 +62,7 @@ def _charts(case: Case) -> tuple[Any, dict[str, Any]]:
             )
         )
     above = altair.Title(case.title, subtitle=case.id, anchor="start")
-    return dressed(altair.vconcat(*panels, title=above).resolve_scale(color="independent")), {"motion": rows}
+    return dress(altair.vconcat(*panels, title=above).resolve_scale(color="independent")), {"motion": rows}
 
 
 def _orbit(case: Case, states: Any) -> list[Any]:

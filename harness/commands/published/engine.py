@@ -33,7 +33,7 @@ def engine(
     # Imported here and not above: `gnomon --help` starts without the modules that read the league.
     from gnomon.harness.results.advice import engine_facts
 
-    found = engine_facts.read() if league is None else _given(league)
+    found = engine_facts.read() if league is None else _read_given(league)
     if name is None:
         for one in {one["library"]: one for one in found["engines"]}.values():
             own = engine_facts.ways(found, one["library"])
@@ -42,7 +42,7 @@ def engine(
         return
     library = engine_facts.library_of(found, name)
     width = min(WIDTH, options.columns(WIDTH))
-    for text in described(found, library, width):
+    for text in describe(found, library, width):
         for line in _wrap(text, width):
             out.print(line, highlight=False, markup=False)
 
@@ -78,7 +78,7 @@ def _depth(code: str) -> int:
     return sum((letter in "([{") - (letter in ")]}") for letter in code)
 
 
-def _given(path: Path) -> dict[str, Any]:
+def _read_given(path: Path) -> dict[str, Any]:
     from gnomon.harness.reporting import sidecars
 
     if path.name != "engines.json":
@@ -87,7 +87,7 @@ def _given(path: Path) -> dict[str, Any]:
     return found
 
 
-def described(found: Mapping[str, Any], library: str, width: int) -> Iterator[str]:
+def describe(found: Mapping[str, Any], library: str, width: int) -> Iterator[str]:
     """The text on an engine."""
     from gnomon.harness.results.advice import engine_facts
 
@@ -106,7 +106,7 @@ def described(found: Mapping[str, Any], library: str, width: int) -> Iterator[st
             yield from _way(found, one, [*engine_facts.kinds(found, one["id"], needs)])
     in_all = {token: why for token, why in ways[0]["lacks"].items() if all(token in one["lacks"] for one in ways)}
     yield from _lacks(in_all, needs)
-    yield from _failed(found, ways)
+    yield from _describe_failed(found, ways)
     made_by = found["environment"]
     yield (
         f"\nMeasured by gnomon's authors at revision {made_by.get('revision', 'unknown')} on {made_by.get('run', '')}: errors relative to"
@@ -142,7 +142,7 @@ def _lacks(lacks: Mapping[str, str], needs: Mapping[str, frozenset[str]]) -> Ite
         yield f"    {token.replace('_', ' ')} ({sum(token in each for each in needs.values())}): {reason}"
 
 
-def _failed(found: Mapping[str, Any], ways: list[dict[str, Any]]) -> Iterator[str]:
+def _describe_failed(found: Mapping[str, Any], ways: list[dict[str, Any]]) -> Iterator[str]:
     from gnomon.harness.results.advice.engine_facts import failure_text
 
     failed: dict[tuple[str, str], list[Mapping[str, Any]]] = {}

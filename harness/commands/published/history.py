@@ -47,11 +47,11 @@ def history(
     if not name:
         out.print(kinds_table(publications.names(entries)))
         out.print(
-            f"{number_text.counted(len(entries), 'publication')}, the last one {escape(entries[-1].label)}",
+            f"{number_text.count_text(len(entries), 'publication')}, the last one {escape(entries[-1].label)}",
             highlight=False,
         )
         return
-    chosen = publications.chosen(entries, name)
+    chosen = publications.choose(entries, name)
     if drawing is not None and len(chosen) > MOST:
         raise ValueError(f"--out {drawing}: {len(chosen)} numbers, of which {MOST} can be told apart; name fewer")
     rows = {each: publications.values(entries, each) for each in chosen}
@@ -90,7 +90,7 @@ def numbers_table(entries: Sequence[Entry], rows: dict[str, list[float | None]])
 def specification(entries: Sequence[Entry], rows: dict[str, list[float | None]]) -> dict[str, Any]:
     """Lines over the publications, a colour each, as a specification of Vega-Lite."""
     import altair  # slow to load: only a drawing needs it
-    from gnomon.harness.reporting.style import dressed
+    from gnomon.harness.reporting.style import dress
 
     places = [f"{number + 1}: {entry.label}" for number, entry in enumerate(entries)]
     points = [
@@ -108,4 +108,4 @@ def specification(entries: Sequence[Entry], rows: dict[str, list[float | None]])
             color=altair.Color("number:N", title=None, sort=[*rows]),
         )
     )
-    return dict(dressed(chart).to_dict(validate=False)) | {"datasets": {"history": points}}
+    return dict(dress(chart).to_dict(validate=False)) | {"datasets": {"history": points}}

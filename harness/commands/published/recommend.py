@@ -85,9 +85,9 @@ def _recommend(subject: str, error: float | None, chosen: Sequence[str]) -> None
         own = row["library"] == recommendations.OURS
         if own and len(found.rows) > 1:
             out.print("\ngnomon's own methods, which are not compared with the libraries above", highlight=False)
-        for line in described(row, libraries.title(row["library"])):
+        for line in describe(row, libraries.title(row["library"])):
             out.print(line, highlight=False, markup=False)
-    out.print(f"\n{measured_by(table, found.subject)}", highlight=False, markup=False)
+    out.print(f"\n{tell_origin(table, found.subject)}", highlight=False, markup=False)
     named = [row for row in found.rows if row["systems"]]
     if len(named) == 1:
         _print_lines(table, found.subject, named[0])
@@ -99,7 +99,7 @@ def _recommend(subject: str, error: float | None, chosen: Sequence[str]) -> None
         )
 
 
-def described(row: Mapping[str, Any], title: str) -> Iterator[str]:
+def describe(row: Mapping[str, Any], title: str) -> Iterator[str]:
     """The lines on one answer."""
     if row["why"]:
         yield f"\n{title}: nothing is recommended: {row['why']}"
@@ -145,9 +145,9 @@ def least_text(row: Mapping[str, Any]) -> str:
 
 def reliable_text(one: Mapping[str, Any]) -> str:
     """The setting of a method to rely on, the systems on which it holds, and its cost."""
-    from gnomon.harness.results.number_text import counted, time_text
+    from gnomon.harness.results.number_text import count_text, time_text
 
-    on = f"on {'all ' if one['of'] > 1 else ''}{counted(one['of'], 'system')}"
+    on = f"on {'all ' if one['of'] > 1 else ''}{count_text(one['of'], 'system')}"
     if one["systems"] < one["of"]:
         on = f"on {one['systems']} of {one['of']} systems (on the others it took too long, or round-off is above the error)"
     cost = f", {time_text(one['seconds'])} a solve" if "seconds" in one else ""
@@ -180,14 +180,14 @@ def _unit(setting: Mapping[str, Any]) -> str:
 
 def cost_text(row: Mapping[str, Any]) -> str:
     """The time of a solve with its range, and the evaluations of the equations."""
-    from gnomon.harness.results.number_text import grouped, time_text
+    from gnomon.harness.results.number_text import group_digits, time_text
 
     text = f"{time_text(row['seconds'])} a solve ({time_text(row['low'])} to {time_text(row['high'])})"
     calls = row.get("evaluations", math.nan)
-    return text + (f", {grouped(round(calls))} evaluations of the equations" if math.isfinite(calls) else "")
+    return text + (f", {group_digits(round(calls))} evaluations of the equations" if math.isfinite(calls) else "")
 
 
-def measured_by(table: Table, subject: str) -> str:
+def tell_origin(table: Table, subject: str) -> str:
     """Whose measurements these are, and what they can bear."""
     from gnomon.harness.results.advice import recommendations
 

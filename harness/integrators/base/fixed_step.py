@@ -101,10 +101,10 @@ class FixedStep(Integrator):
         return self.table(mp, form, parameters, roundoff)
 
     def binary64(self, form: Form, parameters: Sequence[float], h: float) -> Floats:
-        """The table, rounded once from high precision. Methods that need milliseconds for it keep it (see `kept`)."""
+        """The table, rounded once from high precision. Methods that need milliseconds for it keep it (see `keep_table`)."""
         with working(DIGITS) as mp:
             numbers = [mp.mpf(x) for x in parameters]
-            return rounded(self.table_for(mp, form, numbers, mp.mpf(2) ** -52, mp.mpf(h)))
+            return round_table(self.table_for(mp, form, numbers, mp.mpf(2) ** -52, mp.mpf(h)))
 
     def step_for(self, form: Form) -> stepping.Step:
         return type(self).step
@@ -140,7 +140,7 @@ class FixedStep(Integrator):
 
         `shape`: that of the method for the form.
         """
-        run, compensated = stepping.compiled(step, self.constants(shape)), self.compensated
+        run, compensated = stepping.compile_step(step, self.constants(shape)), self.compensated
         widths, rows = shape
         buffer, times = problem.buffer, problem.times
 
@@ -169,13 +169,13 @@ def substeps_of(problem: Problem, h: float, aside: bool = False) -> int:
     return count
 
 
-def given(mp: Any, function: Callable[[Any], Any], parameters: Sequence[Any], count: int) -> list[Any]:
+def take_numbers(mp: Any, function: Callable[[Any], Any], parameters: Sequence[Any], count: int) -> list[Any]:
     """The `count` numbers that a form's function of the parameters returns. Raises ValueError for another count."""
     check_values(function, (len(parameters),), count)
     return [mp.mpf(x) for x in function(tuple(parameters))]
 
 
-def rounded(table: Table, double: Callable[[Any], float] = nearest_double) -> Floats:
+def round_table(table: Table, double: Callable[[Any], float] = nearest_double) -> Floats:
     """Convert rows of numbers to doubles by `double`, by default from mpmath numbers; zeros fill short rows."""
     found = np.zeros((len(table), max(map(len, table))))
     for row, values in zip(found, table, strict=True):
@@ -183,7 +183,7 @@ def rounded(table: Table, double: Callable[[Any], float] = nearest_double) -> Fl
     return found
 
 
-def kept(name: str, modules: Sequence[str], build: Callable[[], Floats]) -> Floats:
+def keep_table(name: str, modules: Sequence[str], build: Callable[[], Floats]) -> Floats:
     """A table that is kept on disk, under its name and the source of the modules that compute it."""
     made_of = closure(__name__, *modules, within=())
     if made_of is None:

@@ -25,7 +25,7 @@ from typing import Any, ClassVar
 import numpy as np
 from gnomon.cases.core.forms import SecondOrder
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solution, Solver, Tolerance
-from gnomon.harness.integrators.base.fixed_step import DIGITS, Loop, Table, rounded
+from gnomon.harness.integrators.base.fixed_step import DIGITS, Loop, Table, round_table
 from gnomon.harness.integrators.base.sizes import (
     SHORTEST,
     YOUNG,
@@ -41,7 +41,7 @@ from gnomon.harness.integrators.base.sizes import (
     trial_step,
     turning_time,
 )
-from gnomon.harness.integrators.base.stepping import blank, call, compiled_whole
+from gnomon.harness.integrators.base.stepping import blank, call, compile_whole
 from gnomon.harness.integrators.base.tableau import ButcherTableau, NystromTableau
 from gnomon.harness.kernels.equations import Kernel, acceleration, right_hand_side
 from numpy.typing import NDArray
@@ -124,7 +124,7 @@ class Adaptive(Integrator):
         problem = problem.since_start()
         kernel = self.kernel(problem)
         numbers = ("MOST_STEPS", self.most_steps), ("ABSOLUTE", int(self.absolute)), ("BESIDE", self.beside(problem))
-        run = compiled_whole(
+        run = compile_whole(
             type(self).loop, SIGNATURE, (*self.constants().items(), *numbers), self.pieces, unrolled=False
         )
         table = _table(type(self))
@@ -139,7 +139,7 @@ class Adaptive(Integrator):
 
 @cache
 def _table(method: type[Adaptive]) -> Floats:
-    return tabulated(method.rows)
+    return tabulate(method.rows)
 
 
 class Decimals:
@@ -148,10 +148,10 @@ class Decimals:
     mpf, zero, fsum = Decimal, Decimal(0), sum
 
 
-def tabulated(rows: Callable[[Any], Table]) -> Floats:
+def tabulate(rows: Callable[[Any], Table]) -> Floats:
     """The coefficients in binary64, rounded once from `DIGITS` digits."""
     with localcontext(Context(prec=DIGITS)):
-        return rounded(rows(Decimals), float)
+        return round_table(rows(Decimals), float)
 
 
 def check_tolerance(setting: float, least: float = LEAST_TOLERANCE) -> None:
@@ -252,7 +252,7 @@ def integrate(
                 call(f, t, x, p, slope)
                 enlarge_roundoff(k[0], slope, dimension - width, groups, rough)
                 noisy = limit_by_roundoff(step / tolerance, groups, rough, inverse) or noisy
-                h = min(h, step) * (1 / SHRINK_MOST if moved else max(1 / SHRINK_MOST, shortened(error)))
+                h = min(h, step) * (1 / SHRINK_MOST if moved else max(1 / SHRINK_MOST, shorten(error)))
                 if moved and h < shortest:
                     h, fresh = size_by_power(groups, sizes, young), False
                 rejected = True
@@ -279,7 +279,7 @@ def integrate(
                 y[i] = end[i]
             for i in range(width):
                 k[0, i] = k[STAGES, i]
-            factor = max(1 / SHRINK_MOST, min(GROW_MOST, lengthened(error, before, step, last)))
+            factor = max(1 / SHRINK_MOST, min(GROW_MOST, lengthen(error, before, step, last)))
             h = step * (min(1.0, factor) if rejected else factor)
             before, last = max(error, 1e-4), step
             rejected = False
@@ -349,14 +349,14 @@ def arrive(f: Any, t: float, end: Floats, p: Floats, x: Floats, slope: Floats, k
     return finite
 
 
-def shortened(error: float) -> float:
+def shorten(error: float) -> float:
     """The factor from a rejected step to the next attempt. `error`: its error over the tolerance, above 1."""
     if ERROR_ORDER >= PREDICTIVE_ORDER:
         return float(PREDICTIVE_SAFETY * error ** (-1 / ERROR_ORDER))
     return float(SAFETY * error ** (0.2 * BETA - 1 / ERROR_ORDER))
 
 
-def lengthened(error: float, before: float, step: float, last: float) -> float:
+def lengthen(error: float, before: float, step: float, last: float) -> float:
     """The factor from an accepted `step` to the next step.
 
     `error`, `before`: the errors of this and the last step over the tolerance; `last`: the size of the last step, 0 if

@@ -152,7 +152,7 @@ ADVANCE_SIGNATURE = "int float[1] float[2] int int int float[2] float[1] float i
 
 
 @cache
-def compiled(method: Step, constants: tuple[tuple[str, int], ...] = ()) -> Callable[..., int]:
+def compile_step(method: Step, constants: tuple[tuple[str, int], ...] = ()) -> Callable[..., int]:
     """`advance` compiled around a method's step, kept on disk under a hash of all its sources.
 
     By their names, `constants` replace numbers that the step reads.
@@ -162,7 +162,7 @@ def compiled(method: Step, constants: tuple[tuple[str, int], ...] = ()) -> Calla
 
 
 @cache
-def compiled_whole(
+def compile_whole(
     method: Callable[..., int],
     signature: str,
     constants: tuple[tuple[str, int], ...] = (),

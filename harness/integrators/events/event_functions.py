@@ -3,12 +3,12 @@
 from dataclasses import replace
 
 from gnomon.cases.core.forms import Equations, Hybrid, Mode, Transition
-from gnomon.harness.contract.sources import cached_by_content
+from gnomon.harness.contract.sources import cache_by_content
 from gnomon.harness.kernels import emission, ir
 from gnomon.harness.kernels.equations import Kernel, check_source, check_values, content, write
 
 
-def compiled_parts(form: Hybrid, dimension: int, parameters: int) -> int:
+def compile_parts(form: Hybrid, dimension: int, parameters: int) -> int:
     """Address of the functions of a form, compiled as one: out[0] selects the function, and out[:] gets its values.
 
     Their sequence: the right-hand side of each mode, which also adds 1 to p[parameters]; the guard of each transition,
@@ -19,7 +19,7 @@ def compiled_parts(form: Hybrid, dimension: int, parameters: int) -> int:
     return _parts(form.modes, plain, form.limits, dimension, parameters).address
 
 
-@cached_by_content
+@cache_by_content
 def _parts(
     modes: tuple[Mode, ...],
     transitions: tuple[Transition, ...],

@@ -37,7 +37,7 @@ from gnomon.harness.integrators.base.sizes import (
     size_by_end,
     size_by_power,
 )
-from gnomon.harness.integrators.base.stepping import compiled_whole
+from gnomon.harness.integrators.base.stepping import compile_whole
 from gnomon.harness.integrators.events.event_location import dip, guard_after, locate, one_step, part, step_error
 from numpy.typing import NDArray
 
@@ -243,6 +243,6 @@ SIGNATURE = "int float[1] float[2] int float float int int[1] int[1] int[1] floa
 
 
 @cache
-def compiled() -> Callable[..., int]:
+def compile_run() -> Callable[..., int]:
     """The compiled `run`, one function for all cases."""
-    return compiled_whole(run, SIGNATURE)
+    return compile_whole(run, SIGNATURE)

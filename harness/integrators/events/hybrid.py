@@ -7,7 +7,7 @@ from gnomon.cases.core.forms import Hybrid
 from gnomon.harness.contract.accumulation import accumulation
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solution, Solver, Steps, Tolerance
 from gnomon.harness.integrators.base.fixed_step import substeps_of
-from gnomon.harness.integrators.base.step_control import check_tolerance, tabulated
+from gnomon.harness.integrators.base.step_control import check_tolerance, tabulate
 from gnomon.harness.integrators.base.stepping import blank
 from gnomon.harness.integrators.base.tableau import ButcherTableau
 from gnomon.harness.integrators.events import event_functions, event_stepping
@@ -50,9 +50,9 @@ class EventRungeKutta(Integrator):
             substeps_of(problem, setting)
         else:
             check_tolerance(setting)
-        run = event_stepping.compiled()
-        parts = event_functions.compiled_parts(form, problem.dimension, len(problem.parameters))
-        table, stages = tabulated(self.tableau.rows), len(self.tableau.a)
+        run = event_stepping.compile_run()
+        parts = event_functions.compile_parts(form, problem.dimension, len(problem.parameters))
+        table, stages = tabulate(self.tableau.rows), len(self.tableau.a)
         h, tolerance = (setting, 0.0) if fixed else (0.1 * problem.time_scale, setting)
         modes, transitions, names = Modes(form), form.transitions, event_names(form)
         parameters, groups = tuple(problem.parameters.tolist()), problem.grouping

@@ -8,7 +8,7 @@ import numpy as np
 from gnomon.cases.core.forms import FirstOrder, Form, SecondOrder
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Steps
 from gnomon.harness.integrators.base import tableau
-from gnomon.harness.integrators.base.fixed_step import DIGITS, FixedStep, Loop, Table, kept, rounded
+from gnomon.harness.integrators.base.fixed_step import DIGITS, FixedStep, Loop, Table, keep_table, round_table
 from gnomon.harness.integrators.base.tableau import ButcherTableau
 from gnomon.harness.integrators.gauss.gauss_steps import gauss_step, newton_numbers, newton_step
 from gnomon.harness.kernels.straight_line import derivatives_if_traced
@@ -111,7 +111,7 @@ class Gauss(FixedStep):
 
     def binary64(self, form: Form, parameters: Sequence[float], h: float) -> Floats:
         name = f"Gauss {self.stages} {isinstance(form, SecondOrder)}"
-        return kept(name, (__name__, tableau.__name__), lambda: super(Gauss, self).binary64(form, parameters, h))
+        return keep_table(name, (__name__, tableau.__name__), lambda: super(Gauss, self).binary64(form, parameters, h))
 
     @classmethod
     def coefficients(cls, mp: Any) -> Table:
@@ -127,9 +127,9 @@ class Gauss(FixedStep):
 def newton_table(stages: int, second_order: bool) -> Floats:
     def build() -> Floats:
         with working(DIGITS) as mp:
-            return rounded(newton_rows(mp, stages, second_order, mp.mpf(2) ** -52))
+            return round_table(newton_rows(mp, stages, second_order, mp.mpf(2) ** -52))
 
-    return kept(f"Gauss by Newton {stages} {second_order}", (__name__, tableau.__name__), build)
+    return keep_table(f"Gauss by Newton {stages} {second_order}", (__name__, tableau.__name__), build)
 
 
 def newton_rows(mp: Any, stages: int, second_order: bool, roundoff: Any) -> Table:

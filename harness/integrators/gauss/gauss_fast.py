@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from gnomon.cases.core.forms import FirstOrder, SecondOrder, first_order
 from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solution, Solver, Tolerance
-from gnomon.harness.integrators.base.fixed_step import DIGITS, Table, kept, rounded
+from gnomon.harness.integrators.base.fixed_step import DIGITS, Table, keep_table, round_table
 from gnomon.harness.integrators.base.step_control import check_tolerance
 from gnomon.harness.integrators.base.stepping import blank
 from gnomon.harness.integrators.gauss import constants, gauss, gauss_fast_kernel, radau
@@ -72,7 +72,7 @@ class GaussFast(Integrator):
         assert isinstance(form, FirstOrder | SecondOrder)
         form = form.source if isinstance(form, FirstOrder) and form.source is not None else form
         arguments = (form, len(problem.parameters), problem.dimension)
-        run = gauss_fast_kernel.compiled(*arguments)
+        run = gauss_fast_kernel.compile_advance(*arguments)
         coefficients = table(layout(*arguments).second_order, bandwidth(setting))
         buffer, times = problem.buffer, problem.times
 
@@ -104,7 +104,7 @@ class GaussFast(Integrator):
 
         @cache
         def compiled_ensemble() -> tuple[Callable[..., int], int]:
-            return gauss_fast_kernel.compiled_ensemble(*arguments)
+            return gauss_fast_kernel.compile_ensemble(*arguments)
 
         def together(initial: Floats, out: Floats, stop: NDArray[np.int64]) -> Solution:
             eight, rows = compiled_ensemble()
@@ -135,14 +135,14 @@ def stiffly(problem: Problem, tolerance: float, initial: Floats) -> Solution | N
     form = first_order(problem.form)  # type: ignore[arg-type]
     problem, finest = replace(problem, form=form), 1e-16  # type: ignore[arg-type]
     try:
-        found = radau.prepared(problem, max(tolerance, finest), 0.0)(initial)
+        found = radau.prepare_solver(problem, max(tolerance, finest), 0.0)(initial)
         # Only this solution shows which components stay small.
         sizes = np.max(np.abs(found.states[0]), axis=0)
         if max(tolerance, FINEST_SHARE) * np.max(sizes) < finest:
             return None
         smallest = np.min(sizes[sizes > 0], initial=1.0)
         if smallest < 1 and found.stopped is None:
-            found = radau.prepared(problem, max(tolerance * smallest, finest), 0.0)(initial)
+            found = radau.prepare_solver(problem, max(tolerance * smallest, finest), 0.0)(initial)
     except Refused:
         return None
     return found if found.stopped is None else None
@@ -159,9 +159,9 @@ def table(second_order: bool, width: float = 0.0) -> Floats:
 
     def build() -> Floats:
         with working(DIGITS) as mp:
-            return rounded(rows(mp, second_order, width))
+            return round_table(rows(mp, second_order, width))
 
-    found = kept(f"Gauss SIMD, second order: {second_order}, {width:g}", (__name__, gauss.__name__), build)
+    found = keep_table(f"Gauss SIMD, second order: {second_order}, {width:g}", (__name__, gauss.__name__), build)
     whole = lines(SCRATCH + SCRATCH_ROWS)
     whole[: len(found)] = found
     return whole

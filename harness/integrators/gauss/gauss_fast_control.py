@@ -54,7 +54,7 @@ def first_length(second_order: bool, end: float, furthest: float, largest: float
     return min(found, end)
 
 
-def limited(grow: float, rate: float, rounds: int) -> float:
+def limit_growth(grow: float, rate: float, rounds: int) -> float:
     """The factor that the error allows, limited by the rate of convergence, which the first two rounds do not show."""
     return min(grow, TUNING.fast / rate) if rate > TUNING.fast and rounds > 2 else grow
 
@@ -150,7 +150,7 @@ def length_by_frequency(step: float, grow: float, more: float, seen: Frequency) 
     return min(stride / step_frequency, TUNING.grow_most * step), found  # type: ignore[return-value]
 
 
-def restarted(h: float, seen: Frequency) -> Frequency:
+def restart(h: float, seen: Frequency) -> Frequency:
     """The strides after a step is repeated with the size h."""
     by_frequency, _, step_frequency, *rest = seen
     return (by_frequency, h * step_frequency, step_frequency, *rest)  # type: ignore[return-value]

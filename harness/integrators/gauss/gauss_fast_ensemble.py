@@ -29,11 +29,18 @@ from gnomon.harness.integrators.gauss.gauss_fast_control import (
     few_bits,
     first_length,
     growth,
-    limited,
+    limit_growth,
     root_15,
 )
 from gnomon.harness.integrators.gauss.gauss_fast_layout import Equations
-from gnomon.harness.integrators.gauss.gauss_fast_stages import Numbers, Vectors, convergence, rates, replaced, summed
+from gnomon.harness.integrators.gauss.gauss_fast_stages import (
+    Numbers,
+    Vectors,
+    add_exactly,
+    convergence,
+    rates,
+    replace_vectors,
+)
 from gnomon.harness.integrators.gauss.lanes import (
     Lanes,
     Table,
@@ -154,7 +161,7 @@ def advance_eight(
             if not worst <= 1.0:
                 wanted_step, steps_left, rejected = h * max(TUNING.shrink, grow), 0.0, True
                 continue
-            both = tuple(summed(y[i], change[i]) for i in range(len(y)))
+            both = tuple(add_exactly(y[i], change[i]) for i in range(len(y)))
             y, compensation = tuple(x for x, _ in both), tuple(x for _, x in both)
             if equations.divisors:
                 beyond = signs(equations, y, t + h, k)
@@ -177,7 +184,7 @@ def advance_eight(
                 stiff = stiff + 1 if slow else max(stiff - 1, 0)
                 failed = failed or stiff > constants.MOST_STIFF
 
-            grow = limited(grow, rate, rounds)
+            grow = limit_growth(grow, rate, rounds)
             more, equal = growth(grow, rejected, equal)
             wanted_step, equal = equal_length(h, grow, more, rejected, equal)
             if wanted_step != h:
@@ -268,7 +275,7 @@ def eight_stages(
     while True:
         locate(equations, places, h, y, compensation, table, work, source, matrix)
         if equations.derivatives:
-            off, rest = corrected_round(equations, places, t, h, k, table, work, change_weight, new)
+            off, rest = correct_round(equations, places, t, h, k, table, work, change_weight, new)
         else:
             off, rest = plain_round(equations, places, t, h, k, table, work, change_weight, new), lanes(0.0)
         if rounds == 0:
@@ -293,7 +300,7 @@ def eight_stages(
     return rounds, rate
 
 
-def applied(table: Table, matrix: int, j: int, r: Vectors) -> Lanes:
+def apply_column(table: Table, matrix: int, j: int, r: Vectors) -> Lanes:
     """Column j of the matrix with the rows from `matrix` on, times eight vectors."""
     found = lanes(table[matrix, j]) * r[0]
     for m in range(1, 8):
@@ -322,12 +329,12 @@ def locate(
             if equations.second_order:
                 b = fma(high, y[n + i], fma(low, y[n + i], y[i]))
                 rest = fma(low, y[n + i], fma(high, y[n + i], y[i] - b))
-            x = fma(step, applied(work, matrix, j, r[i]), b)
+            x = fma(step, apply_column(work, matrix, j, r[i]), b)
             put(work, places.points + n * j + i, x)
             if equations.derivatives:
                 put(work, places.apart + n * j + i, (b - x) + (rest + compensation[i]))
             if equations.with_velocity:
-                u = fma(hh, applied(work, matrix + 8, j, r[i]), y[n + i])
+                u = fma(hh, apply_column(work, matrix + 8, j, r[i]), y[n + i])
                 put(work, places.points + n * (8 + j) + i, u)
                 if equations.derivatives:
                     put(work, places.apart + n * (8 + j) + i, (y[n + i] - u) + compensation[n + i])
@@ -359,7 +366,7 @@ def plain_round(
     return off
 
 
-def corrected_round(
+def correct_round(
     equations: Equations, places: Work, t: float, h: float, k: Numbers, table: Table, work: Table,
     change_weight: Vectors, new: int,
 ) -> tuple[Lanes, Lanes]:  # fmt: skip
@@ -399,17 +406,17 @@ def corrections(
     n, hh, count = equations.count, lanes(h), len(equations.derivatives)
     step = hh * hh if equations.second_order else hh
     moves = tuple(
-        fma(step, applied(table, constants.STAGES, j, r[i]), row(work, places.apart + n * j + i)) for i in range(n)
+        fma(step, apply_column(table, constants.STAGES, j, r[i]), row(work, places.apart + n * j + i)) for i in range(n)
     )
     if equations.with_velocity:
         turned = (
-            fma(hh, applied(table, constants.ONCE, j, r[i]), row(work, places.apart + n * (8 + j) + i))
+            fma(hh, apply_column(table, constants.ONCE, j, r[i]), row(work, places.apart + n * (8 + j) + i))
             for i in range(n)
         )
         moves = (*moves, *turned)
     c = tuple(lanes(0.0) for _ in range(n))
     for m, i, by in equations.derivatives:
-        c = replaced(c, i, fma(row(work, places.derivative + count * j + m - n), moves[by], c[i]))
+        c = replace_vectors(c, i, fma(row(work, places.derivative + count * j + m - n), moves[by], c[i]))
     return c
 
 

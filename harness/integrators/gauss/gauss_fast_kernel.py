@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import Any
 
 from gnomon.cases.core.forms import Form
-from gnomon.harness.contract.sources import cached_by_content
+from gnomon.harness.contract.sources import cache_by_content
 from gnomon.harness.integrators.gauss.gauss_fast_ensemble import advance_eight, work_of
 from gnomon.harness.integrators.gauss.gauss_fast_layout import Equations, Layout, layout
 from gnomon.harness.integrators.gauss.gauss_fast_steps import advance
-from gnomon.harness.integrators.gauss.lanes_math import turned
+from gnomon.harness.integrators.gauss.lanes_math import turn_lanes
 from gnomon.harness.integrators.gauss.staged_equations import ON_LANES
 from gnomon.harness.kernels import emission, machine
 
@@ -23,37 +23,37 @@ SIGNATURE_OF_EIGHT = "float[1] float[2] float[2] float[1] float float[3] int[1] 
 SOURCES = hashlib.sha256(b"".join(path.read_bytes() for path in sorted(Path(__file__).parent.glob("*.py")))).hexdigest()
 """A hash of the sources of the method, when they are loaded: of `Equations`, which runs while code is emitted."""
 
-ON_ANGLES: tuple[Callable[..., Any], ...] = (turned, *ON_LANES.values())
+ON_ANGLES: tuple[Callable[..., Any], ...] = (turn_lanes, *ON_LANES.values())
 """Functions that the equations call: no source of the method names them."""
 
 COLD = ("sample_at", "carry_on", "turned_far")
 """Functions that are called in few steps. In line they would slow all steps, Kepler's by up to 15 %."""
 
 
-@cached_by_content
-def compiled(form: Form, parameters: int, dimension: int) -> Callable[..., int]:
+@cache_by_content
+def compile_advance(form: Form, parameters: int, dimension: int) -> Callable[..., int]:
     """Compile `advance(parameters, table, initial, times, tolerance, out, stop)` for the equations of a form."""
-    return compiled_for(layout(form, parameters, dimension), advance, SIGNATURE)
+    return compile_for(layout(form, parameters, dimension), advance, SIGNATURE)
 
 
-@cached_by_content
-def compiled_ensemble(form: Form, parameters: int, dimension: int) -> tuple[Callable[..., int], int]:
+@cache_by_content
+def compile_ensemble(form: Form, parameters: int, dimension: int) -> tuple[Callable[..., int], int]:
     """Compile `advance_eight(parameters, table, initial, times, tolerance, out, left_over, work)` for a form.
 
     Also gives the number of rows of `work`.
     """
     found = layout(form, parameters, dimension, False)
     work = work_of(found.count, len(found.derivatives))
-    return compiled_for(found, advance_eight, SIGNATURE_OF_EIGHT, work), work.rows
+    return compile_for(found, advance_eight, SIGNATURE_OF_EIGHT, work), work.rows
 
 
 def on_arrays(form: Form, parameters: int, dimension: int) -> Callable[..., int]:
-    """The function that `compiled` compiles, on arrays of NumPy: for debuggers, at some milliseconds a step."""
+    """The function that `compile_advance` compiles, on arrays of NumPy: for debuggers, at some milliseconds a step."""
     return partial(advance, Equations(layout(form, parameters, dimension)))
 
 
 def ensemble_on_arrays(form: Form, parameters: int, dimension: int) -> tuple[Callable[..., int], int]:
-    """The same for `compiled_ensemble`."""
+    """The same for `compile_ensemble`."""
     found = layout(form, parameters, dimension, False)
     work = work_of(found.count, len(found.derivatives))
     return partial(advance_eight, Equations(found), work), work.rows
@@ -66,7 +66,7 @@ def read_sources() -> None:
         emission.read(function)
 
 
-def compiled_for(found: Layout, method: Callable[..., int], signature: str, *known: Any) -> Callable[..., int]:
+def compile_for(found: Layout, method: Callable[..., int], signature: str, *known: Any) -> Callable[..., int]:
     """A function of `Equations`, the values `known` and arrays, compiled for the equations of a layout.
 
     The method for ensembles lets other threads of Python run.

@@ -8,11 +8,11 @@ from typing import Any
 
 from gnomon.cases.core.forms import Form, SecondOrder
 from gnomon.harness.contract.integrator import Refused
-from gnomon.harness.contract.sources import cached_by_content
+from gnomon.harness.contract.sources import cache_by_content
 from gnomon.harness.integrators.gauss.constants import TUNING
-from gnomon.harness.integrators.gauss.staged_equations import PLAIN, Staged, expensive, poles
+from gnomon.harness.integrators.gauss.staged_equations import PLAIN, Staged, is_expensive, poles
 from gnomon.harness.kernels.derivatives import jacobian
-from gnomon.harness.kernels.traced import ROUND, Node, Trace, Value, number, reached, traced
+from gnomon.harness.kernels.traced import ROUND, Node, Trace, Value, is_number, list_reached, trace_form
 
 FIRST_ORDER, SECOND_ORDER, WITH_VELOCITY = range(3)
 """Kinds of equations: y' = f(t, y); q'' = a(t, q); q'' = a(t, q, q')."""
@@ -57,7 +57,7 @@ class Layout:
 
     def text(self) -> str:
         """A text that changes whenever the equations do."""
-        values = reached(self.all_values)
+        values = list_reached(self.all_values)
         lines = [f"{x.index} {x.operation} {[describe(a) for a in x.arguments]}" for x in values]
         places = [(i, j, describe(x)) for i, j, x in self.derivatives]
         facts = (
@@ -102,7 +102,7 @@ class Equations(Staged):
         """The indices of the derivatives of accelerations by positions."""
         self.turns = any(x.level == ROUND for pair in self.pairs.values() for x in pair)
         """Whether a round computes the sine and cosine of an angle."""
-        read = {x.operation for x in reached(layout.values)}
+        read = {x.operation for x in list_reached(layout.values)}
         self.read = frozenset(i for i in range(self.count) if f"y[{i}]" in read)
         """The components of the state that the slopes read."""
 
@@ -112,12 +112,12 @@ class Equations(Staged):
         return tuple(initial[i] for i in self.moving), self.constants(known)
 
 
-@cached_by_content
+@cache_by_content
 def layout(form: Form, parameters: int, dimension: int, freezing: bool = True) -> Layout:
     """The layout that solves the equations of a form in the least time. Raises Refused if the equations branch."""
     trace = Trace(dimension, parameters)
     try:
-        values = traced(form, trace)
+        values = trace_form(form, trace)
     except ValueError as error:
         raise Refused(str(error)) from None
     still: tuple[int, ...] = ()
@@ -126,10 +126,10 @@ def layout(form: Form, parameters: int, dimension: int, freezing: bool = True) -
         kind, state = SECOND_ORDER, state[:half]
     elif dimension % 2 == 0 and all(x is y for x, y in zip(values[:half], state[half:], strict=True)):
         kind, values = WITH_VELOCITY, values[half:]
-    elif freezing and 0 < len(constant := [i for i, x in enumerate(values) if number(x, 0)]) < dimension:
+    elif freezing and 0 < len(constant := [i for i, x in enumerate(values) if is_number(x, 0)]) < dimension:
         still = tuple(constant)
         trace = Trace(dimension, parameters, still)
-        both = (traced(form, trace), trace.state)
+        both = (trace_form(form, trace), trace.state)
         values, state = (tuple(x for i, x in enumerate(of) if i not in still) for of in both)
     found = derivatives(values, state)
     grouped = kind == FIRST_ORDER and not found and len(values) >= TUNING.fewest_grouped
@@ -143,7 +143,7 @@ def groups(values: Sequence[Value], state: Sequence[Node]) -> tuple[tuple[int, .
     the group with the fewest slopes to which it is coupled.
     """
     place = {x: i for i, x in enumerate(state)}
-    needs = [{place[x] for x in reached([value]) if x in place} for value in values]
+    needs = [{place[x] for x in list_reached([value]) if x in place} for value in values]
     found: list[list[int]] = []
     for i in reversed(range(len(values))):
         met = [sum(i in needs[j] or j in needs[i] for j in group) for group in found]
@@ -156,8 +156,10 @@ def groups(values: Sequence[Value], state: Sequence[Node]) -> tuple[tuple[int, .
 
 def derivatives(values: Sequence[Value], state: Sequence[Node]) -> tuple[tuple[int, int, Value], ...]:
     """The derivatives that are not 0; () if their computation takes more time than they save."""
-    if len(values) > TUNING.most_derivatives or not any(expensive(x) for x in reached(values) if x.level == ROUND):
+    if len(values) > TUNING.most_derivatives or not any(
+        is_expensive(x) for x in list_reached(values) if x.level == ROUND
+    ):
         return ()
     places = [(i, j) for i in range(len(values)) for j in range(len(state))]
     found = zip(places, jacobian(values, state), strict=True)
-    return tuple((i, j, value) for (i, j), value in found if not number(value, 0))
+    return tuple((i, j, value) for (i, j), value in found if not is_number(value, 0))

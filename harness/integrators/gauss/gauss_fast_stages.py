@@ -15,7 +15,7 @@ from gnomon.harness.integrators.gauss.lanes import (
     Lanes,
     Table,
     fma,
-    fused,
+    fuse,
     lane,
     lanes,
     minus,
@@ -45,12 +45,12 @@ def sums(equations: Equations, f: Vectors, table: Table, first: int, once: int) 
     return p, products(table, once, f) if equations.with_velocity else p
 
 
-def weighted(f: Lanes, table: Table, weights: int) -> Lanes:
+def weight(f: Lanes, table: Table, weights: int) -> Lanes:
     """Slopes times weights, with the rounding residuals of the weights."""
     return fma(f, row(table, weights), f * row(table, weights + constants.LOW))
 
 
-def weighted_exactly(f: Lanes, splitter: float, table: Table, weights: int) -> tuple[float, float]:
+def weight_exactly(f: Lanes, splitter: float, table: Table, weights: int) -> tuple[float, float]:
     """The sum of slopes times weights in two parts.
 
     Adding and subtracting the much larger splitter leaves so few bits of each lane that the sum of the lanes is exact.
@@ -61,18 +61,18 @@ def weighted_exactly(f: Lanes, splitter: float, table: Table, weights: int) -> t
     return total(high), total(minus(parts, high) + fma(f, row(table, weights + constants.LOW), fma(f, w, -parts)))
 
 
-def summed(y: T, change: T) -> tuple[T, T]:
+def add_exactly(y: T, change: T) -> tuple[T, T]:
     """The sum of two numbers or lanes, and its rounding residual."""
     end = y + change
     back = end - y
     return end, (y - (end - back)) + (change - back)
 
 
-def added(y: float, compensation: float, h: float, rate: float) -> tuple[float, float]:
+def add_slope(y: float, compensation: float, h: float, rate: float) -> tuple[float, float]:
     """y + compensation + h * rate, and its rounding residual."""
-    change = fused(h, rate, compensation)
-    end, residual = summed(y, change)
-    return end, residual + (fused(h, rate, -change) + compensation)
+    change = fuse(h, rate, compensation)
+    end, residual = add_exactly(y, change)
+    return end, residual + (fuse(h, rate, -change) + compensation)
 
 
 def powers(r: float) -> Lanes:
@@ -146,7 +146,7 @@ def stages(
                 g, near = equations.slopes_first((*x, *u), w, k)
             else:
                 g, near = equations.slopes_again((*x, *u), w, k, near)
-        new = corrected(equations, hh, g, f, p, b, x, e, table, exactly)
+        new = correct(equations, hh, g, f, p, b, x, e, table, exactly)
         rounds += 1
         done = False
         if rounds > unmonitored:
@@ -164,7 +164,7 @@ def stages(
         if done:
             break
         if equations.groups:
-            x = moved(equations, equations.groups[-1], hh, b, x, new, table)
+            x = move_places(equations, equations.groups[-1], hh, b, x, new, table)
         else:
             p, v = sums(equations, f, table, constants.STAGES, constants.ONCE)
     return rounds, rate if before > noise else 0.0, f, frequency(equations, g, table)
@@ -200,7 +200,7 @@ def convergence(
     return done, rounds
 
 
-def corrected(
+def correct(
     equations: Equations, hh: Lanes, g: Vectors, f: Vectors, p: Vectors, b: Vectors, x: Vectors, e: Vectors,
     table: Table, exactly: bool,
 ) -> Vectors:  # fmt: skip
@@ -220,16 +220,16 @@ def corrected(
         s = tuple(fma(hh * hh, p[i], b[i] - x[i]) + e[i] for i in range(n))
         for m, i, j in equations.derivatives:
             if m in equations.by_position:
-                new = replaced(new, i, fma(g[m], s[j], new[i]))
+                new = replace_vectors(new, i, fma(g[m], s[j], new[i]))
     for m, i, j in equations.derivatives:
         if m in equations.by_position:
-            new = replaced(new, i, fma(g[m] * (hh * hh), moves[j], new[i]))
+            new = replace_vectors(new, i, fma(g[m] * (hh * hh), moves[j], new[i]))
         else:
-            new = replaced(new, i, fma(g[m] * hh, turns[j % n], new[i]))
+            new = replace_vectors(new, i, fma(g[m] * hh, turns[j % n], new[i]))
     return new
 
 
-def replaced(vectors: Vectors, i: int, new: Lanes) -> Vectors:
+def replace_vectors(vectors: Vectors, i: int, new: Lanes) -> Vectors:
     """The vectors with number i replaced."""
     return (*vectors[:i], new, *vectors[i + 1 :])
 
@@ -246,20 +246,20 @@ def round_by_groups(
     for group in equations.groups:
         g = equations.slopes(x, w, k, group)
         for i, slope in zip(group, g, strict=True):
-            new = replaced(new, i, slope)
+            new = replace_vectors(new, i, slope)
         if group is not equations.groups[-1]:
-            x = moved(equations, group, hh, b, x, new, table)
+            x = move_places(equations, group, hh, b, x, new, table)
     return new, x
 
 
-def moved(
+def move_places(
     equations: Equations, group: tuple[int, ...], hh: Lanes, b: Vectors, x: Vectors, new: Vectors, table: Table
 ) -> Vectors:
     """The places with those that new slopes of a group move, if a slope reads them."""
     read = tuple(i for i in group if i in equations.read)
     p = products(table, constants.STAGES, tuple(new[i] for i in read)) if read else ()
     for i, change in zip(read, p, strict=True):
-        x = replaced(x, i, fma(hh, change, b[i]))
+        x = replace_vectors(x, i, fma(hh, change, b[i]))
     return x
 
 
@@ -286,16 +286,16 @@ def next_state(
 ) -> tuple[Numbers, Numbers]:
     """The state after a step, y + h b f, or q + h v + h^2 b (1 - c) a and v + h b a; the residual of the last sum."""
     n = equations.count
-    s = tuple(h * total(weighted(f[i], table, constants.WEIGHTS)) for i in range(n))
+    s = tuple(h * total(weight(f[i], table, constants.WEIGHTS)) for i in range(n))
     if equations.second_order:
-        p = tuple(h * (h * total(weighted(f[i], table, constants.POSITIONS)) + compensation[n + i]) for i in range(n))
+        p = tuple(h * (h * total(weight(f[i], table, constants.POSITIONS)) + compensation[n + i]) for i in range(n))
         change = (
             *(h * y[n + i] + (p[i] + compensation[i]) for i in range(n)),
             *(s[i] + compensation[n + i] for i in range(n)),
         )
     else:
         change = tuple(s[i] + compensation[i] for i in range(n))
-    both = tuple(summed(y[i], change[i]) for i in range(len(y)))
+    both = tuple(add_exactly(y[i], change[i]) for i in range(len(y)))
     return tuple(end for end, _ in both), tuple(residual for _, residual in both)
 
 
@@ -304,13 +304,13 @@ def next_state_exactly(
 ) -> tuple[Numbers, Numbers]:
     """The same, with the rounding residuals of all sums and products."""
     n = equations.count
-    rates = tuple(weighted_exactly(f[i], splitter[i], table, constants.WEIGHTS) for i in range(n))
+    rates = tuple(weight_exactly(f[i], splitter[i], table, constants.WEIGHTS) for i in range(n))
     if equations.second_order:
-        starts = tuple(added(y[i], fused(h, compensation[n + i], compensation[i]), h, y[n + i]) for i in range(n))
-        means = tuple(weighted_exactly(f[i], splitter[i], table, constants.POSITIONS) for i in range(n))
+        starts = tuple(add_slope(y[i], fuse(h, compensation[n + i], compensation[i]), h, y[n + i]) for i in range(n))
+        means = tuple(weight_exactly(f[i], splitter[i], table, constants.POSITIONS) for i in range(n))
         both = tuple(
-            added(starts[i][0], fused(h * h, means[i][1], starts[i][1]), h * h, means[i][0]) for i in range(n)
-        ) + tuple(added(y[n + i], fused(h, rates[i][1], compensation[n + i]), h, rates[i][0]) for i in range(n))
+            add_slope(starts[i][0], fuse(h * h, means[i][1], starts[i][1]), h * h, means[i][0]) for i in range(n)
+        ) + tuple(add_slope(y[n + i], fuse(h, rates[i][1], compensation[n + i]), h, rates[i][0]) for i in range(n))
     else:
-        both = tuple(added(y[i], fused(h, rates[i][1], compensation[i]), h, rates[i][0]) for i in range(n))
+        both = tuple(add_slope(y[i], fuse(h, rates[i][1], compensation[i]), h, rates[i][0]) for i in range(n))
     return tuple(end for end, _ in both), tuple(residual for _, residual in both)

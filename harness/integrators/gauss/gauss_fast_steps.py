@@ -25,9 +25,9 @@ from gnomon.harness.integrators.gauss.gauss_fast_control import (
     first_length,
     growth,
     length_by_frequency,
-    limited,
+    limit_growth,
     no_frequency,
-    restarted,
+    restart,
     root_15,
 )
 from gnomon.harness.integrators.gauss.gauss_fast_layout import Equations
@@ -105,7 +105,7 @@ def advance(
         rate = seen_rate if seen_rate > 0.0 else min(rate, TUNING.fast)
         if rounds < 0:
             h, unmonitored, rejected = TUNING.shrink * step, 0, True
-            seen = restarted(h, seen)
+            seen = restart(h, seen)
             continue
 
         sizes = tuple(total(abs(x)) / 8 for x in f)
@@ -114,7 +114,7 @@ def advance(
         grow = TUNING.safety / root_15(max(error, constants.TINY))
         if not error <= 1.0:
             h = step * max(TUNING.shrink, grow) if error < math.inf else step * TUNING.shrink
-            seen, rejected = restarted(h, seen), True
+            seen, rejected = restart(h, seen), True
             continue
 
         if exactly:
@@ -134,7 +134,7 @@ def advance(
             # motion within 1e-8 of a step, no stage meets the wall: the step looks right but ends beyond the pole. Short
             # steps are not repeated: the divisor of sin(x) / x passes 0 without a pole.
             beyond = signs(equations, end_state, after, k)
-            unsolved = step > constants.SHORTEST_AT_POLE * end and crossed(beyond, sides)
+            unsolved = step > constants.SHORTEST_AT_POLE * end and has_crossed(beyond, sides)
         if not unsolved and times[sample] <= after:
             monomials = products(table, constants.MONOMIALS, f)
             while sample < times.size and times[sample] <= after:
@@ -151,14 +151,14 @@ def advance(
                 sample += 1
         if unsolved:
             h, unmonitored, rejected = TUNING.shrink * step, 0, True
-            seen = restarted(h, seen)
+            seen = restart(h, seen)
             continue
 
         if equations.divisors:
             sides = beyond
         old, y, compensation, t, last = f, end_state, residual, after, step
         taken += 1
-        grow = limited(grow, rate, rounds)
+        grow = limit_growth(grow, rate, rounds)
         more, equal = growth(grow, rejected, equal)
         if equations.by_position:
             more, equal, seen = choose_frequency(step, grow, more, square, equal, seen)
@@ -279,7 +279,7 @@ def signs(equations: Equations, y: Numbers, t: float, k: Numbers) -> Numbers:
     return tuple(lane(x, 0) for x in found)
 
 
-def crossed(beyond: Numbers, sides: Numbers) -> bool:
+def has_crossed(beyond: Numbers, sides: Numbers) -> bool:
     """Whether a divisor has changed its sign."""
     found = False
     for after, before in zip(beyond, sides, strict=True):

@@ -32,7 +32,7 @@ def gauss_step(
         change = 0.0
         for j in range(stages):
             for i in range(width):
-                total = weighted_sum(table, j, store, 1, i, stages)
+                total = sum_weighted(table, j, store, 1, i, stages)
                 if second:
                     total = table[j, 0] * y[width + i] + h * total
                 x[i] = y[i] + h * total
@@ -50,7 +50,9 @@ def gauss_step(
                 store[j + 1, i] = weighted_slope + beyond * difference
         beyond = 0.0
         stalled = stalled + 1 if change >= least else 0
-        accepted = accepted + 1 if accepted > 0 or settled(iteration, change, least, stalled, table[weights, 0]) else 0
+        accepted = (
+            accepted + 1 if accepted > 0 or has_settled(iteration, change, least, stalled, table[weights, 0]) else 0
+        )
         if change == 0.0 or accepted > MORE_ROUNDS:
             for i in range(width):
                 total = 0.0
@@ -58,7 +60,7 @@ def gauss_step(
                     total += store[j + 1, i]
                 increment[y.size - width + i] = h * total
                 if second:
-                    increment[i] = h * (h * weighted_sum(table, weights + 1, store, 1, i, stages)) + h * y[width + i]
+                    increment[i] = h * (h * sum_weighted(table, weights + 1, store, 1, i, stages)) + h * y[width + i]
             return True
         if iteration > 1 and change > before and change > FAR:
             return False
@@ -93,7 +95,7 @@ def start_stages(
                 store[k, i] = store[k - stages, i]
         for j in range(stages):
             for i in range(width):
-                store[j + 1, i] = weighted_sum(table, stages + j, store, stages + 1, i, back)
+                store[j + 1, i] = sum_weighted(table, stages + j, store, stages + 1, i, back)
 
 
 def as_far(beyond: Any, rate: Any) -> Any:
@@ -105,7 +107,7 @@ def as_far(beyond: Any, rate: Any) -> Any:
     return share if beyond > 0.0 else -share
 
 
-def weighted_sum(table: Any, row: int, k: Any, first: int, i: int, stages: int) -> Any:
+def sum_weighted(table: Any, row: int, k: Any, first: int, i: int, stages: int) -> Any:
     """The sum over the stages of the weights in a row of the table times column i of k, from row `first` on."""
     total = 0.0
     for m in range(stages):
@@ -187,7 +189,7 @@ def newton_step(
                     change = max(change, difference / (abs(y[i]) + abs(z[n])))
         stuck = iteration > 0 and renewed and before <= change < NOISE * table[stages, 0]
         stalled = stalled + 1 if change >= least else 0
-        if settled(iteration, change, least, stalled, table[stages, 0]) or stuck:
+        if has_settled(iteration, change, least, stalled, table[stages, 0]) or stuck:
             for i in range(width):
                 total, weighted = 0.0, 0.0
                 for j in range(stages):
@@ -215,7 +217,7 @@ def newton_numbers(stages: int, width: int) -> int:
     return 1 + (4 + size) * size
 
 
-def settled(iteration: int, change: Any, least: Any, stalled: int, roundoff: Any) -> bool:
+def has_settled(iteration: int, change: Any, least: Any, stalled: int, roundoff: Any) -> bool:
     """Whether the stages are as accurate as the arithmetic allows.
 
     `change` is the change of the last round, relative to the state, which is the residual of the stages before the
@@ -252,7 +254,7 @@ LARGEST = 1e300
 """The iteration ends if a slope, or a change of a stage, is larger than this or not a number."""
 
 CLOSE, NOISE, STALLED_ROUNDS = 16.0, 1e6, 20
-"""Limits in `settled`. Changes that shrink by a fifth in each round, the slowest that converge within MOST_ITERATIONS,
+"""Limits in `has_settled`. Changes that shrink by a fifth in each round, the slowest that converge within MOST_ITERATIONS,
 may pause for half of STALLED_ROUNDS."""
 
 SMALLEST = 2.0**-1022

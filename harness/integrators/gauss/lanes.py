@@ -106,12 +106,12 @@ def _(a: Any, b: Any, c: Any) -> Any:
     return ir.call("llvm.fma.v8f64", VECTOR, *_vectors(a, b, c))
 
 
-def fused(a: float, b: float, c: float) -> float:
+def fuse(a: float, b: float, c: float) -> float:
     """a * b + c of numbers, rounded once."""
     return float(fma(np.float64(a), np.float64(b), np.float64(c)))  # type: ignore[arg-type]
 
 
-@primitive(fused)
+@primitive(fuse)
 def _(a: Any, b: Any, c: Any) -> Any:
     return ir.call("llvm.fma.f64", REAL, *(convert(x, REAL) for x in (a, b, c)))
 
@@ -167,12 +167,12 @@ def _select(condition: Any, a: Any, b: Any) -> Any:
     return _emit(VECTOR, "select {}, {}, {}", condition.typed, a.typed, b.typed)
 
 
-def all_within(a: Lanes, limit: float) -> bool:
+def are_within(a: Lanes, limit: float) -> bool:
     """Whether every lane is at most the limit; nan is not."""
     return bool(np.all(a <= limit))
 
 
-@primitive(all_within)
+@primitive(are_within)
 def _(a: Any, limit: Any) -> Any:
     each = _emit(TRUTHS, "fcmp ole {}, {}", a.typed, convert(limit, VECTOR))
     return _emit(TRUTH, "icmp eq i8 {}, -1", _emit("i8", "bitcast {} to i8", each.typed))
@@ -181,11 +181,11 @@ def _(a: Any, limit: Any) -> Any:
 # Sums over lanes -------------------------------------------------------------------------------------------------------
 
 
-def _turned(a: Any, half: int) -> Any:
-    return _shuffled(a, a, [(i + half) % WIDTH for i in range(WIDTH)])
+def _turn(a: Any, half: int) -> Any:
+    return _shuffle(a, a, [(i + half) % WIDTH for i in range(WIDTH)])
 
 
-def _shuffled(a: Any, b: Any, order: Sequence[int]) -> Any:
+def _shuffle(a: Any, b: Any, order: Sequence[int]) -> Any:
     mask = ", ".join(f"i32 {i}" for i in order)
     return _emit(VECTOR, "shufflevector {}, {}, <8 x i32> <{}>", a.typed, b.typed, mask)
 
@@ -200,7 +200,7 @@ def total(a: Lanes) -> float:
 @primitive(total)
 def _(a: Any) -> Any:
     for half in (4, 2, 1):
-        a = exact("add", a, _turned(a, half))
+        a = exact("add", a, _turn(a, half))
     return _emit(REAL, "extractelement {}, i64 0", a.typed)
 
 
@@ -213,13 +213,13 @@ def totals(a: Lanes, b: Lanes, c: Lanes, d: Lanes) -> Lanes:
 @primitive(totals)
 def _(a: Any, b: Any, c: Any, d: Any) -> Any:
     def folded(a: Any, b: Any, first: list[int], second: list[int]) -> Any:
-        return exact("add", _shuffled(a, b, first), _shuffled(a, b, second))
+        return exact("add", _shuffle(a, b, first), _shuffle(a, b, second))
 
     evens, odds = [0, 8, 2, 10, 4, 12, 6, 14], [1, 9, 3, 11, 5, 13, 7, 15]
     halves = folded(
         folded(a, b, evens, odds), folded(c, d, evens, odds), [0, 1, 8, 9, 4, 5, 12, 13], [2, 3, 10, 11, 6, 7, 14, 15]
     )
-    return exact("add", halves, _turned(halves, 4))
+    return exact("add", halves, _turn(halves, 4))
 
 
 def highest(a: Lanes) -> float:
@@ -230,7 +230,7 @@ def highest(a: Lanes) -> float:
 @primitive(highest)
 def _(a: Any) -> Any:
     for half in (4, 2, 1):
-        b = _turned(a, half)
+        b = _turn(a, half)
         unordered = _emit(TRUTHS, "fcmp uno {}, {}", b.typed, b)
         above = _emit(TRUTHS, "fcmp ogt {}, {}", b.typed, a)
         a = _select(_emit(TRUTHS, "or {}, {}", unordered.typed, above), b, a)
@@ -300,7 +300,7 @@ def _(table: Any, first: Any, vectors: Any) -> Any:
         column = _emit(VECTOR, "load <8 x double>, ptr {}, align 8", _place(table, first + k))
         for vector, start, found in zip(vectors, starts, sums, strict=True):
             if k < SHUFFLED and len(vectors) < 3:
-                element = _shuffled(vector, vector, [k] * WIDTH)
+                element = _shuffle(vector, vector, [k] * WIDTH)
             else:
                 place = _emit(POINTER, "getelementptr double, ptr {}, i64 {}", start, k)
                 element = convert(_emit(REAL, "load double, ptr {}, align 8", place), VECTOR)

@@ -7,7 +7,7 @@ to the function of numbers, lane by lane.
 
 from __future__ import annotations
 
-from gnomon.harness.integrators.gauss.lanes import Lanes, all_within, choose, each, fma, lanes, minus, scale
+from gnomon.harness.integrators.gauss.lanes import Lanes, are_within, choose, each, fma, lanes, minus, scale
 
 ROUNDING = 6755399441055744.0
 """1.5 * 2^52: adding it to a number rounds the number to an integer, which the lowest bits of the sum hold."""
@@ -22,7 +22,7 @@ C1, C2, C3 = 4.16666666666666019037e-02, -1.38888888888741095749e-03, 2.48015872
 C4, C5, C6 = -2.75573143513906633035e-07, 2.08757232129817482790e-09, -1.13596475577881948265e-11
 
 MOST_TURN = 0.03125
-"""Up to this angle the terms that `turned` leaves out are below 2^-55."""
+"""Up to this angle the terms that `turn_lanes` leaves out are below 2^-55."""
 
 MOST_EXPONENT = 700.0
 """Beyond it the result is near overflow or underflow."""
@@ -68,20 +68,20 @@ def quarter_turns(a: Lanes, shift: float) -> tuple[Lanes, Lanes]:
 
 
 def sin_lanes(a: Lanes) -> Lanes:
-    if all_within(abs(a), MOST_ANGLE):
+    if are_within(abs(a), MOST_ANGLE):
         return quarter_turns(a, 0.0)[0]
     return each("sin", a)  # type: ignore[no-any-return]
 
 
 def cos_lanes(a: Lanes) -> Lanes:
-    if all_within(abs(a), MOST_ANGLE):
+    if are_within(abs(a), MOST_ANGLE):
         return quarter_turns(a, 1.0)[0]
     return each("cos", a)  # type: ignore[no-any-return]
 
 
-def turned_first(a: Lanes) -> tuple[Lanes, Lanes, Near]:
-    """Sine and cosine of a, and `near` for `turned`."""
-    if all_within(abs(a), MOST_ANGLE):
+def turn_lanes_first(a: Lanes) -> tuple[Lanes, Lanes, Near]:
+    """Sine and cosine of a, and `near` for `turn_lanes`."""
+    if are_within(abs(a), MOST_ANGLE):
         sine, sine_low = quarter_turns(a, 0.0)
         cosine, cosine_low = quarter_turns(a, 1.0)
         return sine, cosine, (a, sine, cosine, sine_low, cosine_low)
@@ -89,12 +89,12 @@ def turned_first(a: Lanes) -> tuple[Lanes, Lanes, Near]:
     return sine, cosine, (a, sine, cosine, lanes(0.0), lanes(0.0))
 
 
-def turned_far(a: Lanes) -> tuple[Lanes, Lanes, Near]:
+def turn_lanes_far(a: Lanes) -> tuple[Lanes, Lanes, Near]:
     """The same where it is rarely needed: compiled as a function of its own."""
-    return turned_first(a)
+    return turn_lanes_first(a)
 
 
-def turned(a: Lanes, near: Near) -> tuple[Lanes, Lanes, Near]:
+def turn_lanes(a: Lanes, near: Near) -> tuple[Lanes, Lanes, Near]:
     """Sine and cosine of a from sine and cosine of a nearby b, in half of the time, and `near` for the next angle.
 
     The rounding residuals of sine and cosine of b are added before the sum is rounded. Without them the error of the
@@ -103,8 +103,8 @@ def turned(a: Lanes, near: Near) -> tuple[Lanes, Lanes, Near]:
     """
     b, sine, cosine, sine_low, cosine_low = near
     d = minus(a, b)
-    if not all_within(abs(d), MOST_TURN):
-        return turned_far(a)
+    if not are_within(abs(d), MOST_TURN):
+        return turn_lanes_far(a)
     z = d * d
     s = fma(z * d, polynomial(z, (-1 / 6, 1 / 120, -1 / 5040)), d)
     c = z * polynomial(z, (-0.5, 1 / 24, -1 / 720))
@@ -116,7 +116,7 @@ def turned(a: Lanes, near: Near) -> tuple[Lanes, Lanes, Near]:
 
 
 def exp_lanes(a: Lanes) -> Lanes:
-    if not all_within(abs(a), MOST_EXPONENT):
+    if not are_within(abs(a), MOST_EXPONENT):
         return each("exp", a)  # type: ignore[no-any-return]
     rounded = fma(a, lanes(INVERSE_LN2), lanes(ROUNDING))
     n = minus(rounded, lanes(ROUNDING))

@@ -8,9 +8,9 @@ import numpy as np
 from gnomon.cases.core.forms import FirstOrder
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solver, Tolerance
 from gnomon.harness.integrators.base import tableau
-from gnomon.harness.integrators.base.fixed_step import DIGITS, Table, kept, rounded
+from gnomon.harness.integrators.base.fixed_step import DIGITS, Table, keep_table, round_table
 from gnomon.harness.integrators.base.step_control import check_tolerance, limits_of, solving
-from gnomon.harness.integrators.base.stepping import compiled_whole
+from gnomon.harness.integrators.base.stepping import compile_whole
 from gnomon.harness.integrators.base.tableau import ButcherTableau
 from gnomon.harness.integrators.gauss import gauss
 from gnomon.harness.integrators.gauss.radau_steps import INLINED, SIGNATURE, integrate
@@ -44,7 +44,7 @@ class Radau5(Integrator):
 
     def prepare(self, problem: Problem, setting: float) -> Solver:
         check_tolerance(setting, LEAST_TOLERANCE)
-        return prepared(problem, 0.1 * setting ** (2 / 3), 0.0, self.absolute, limits_of(self, problem))
+        return prepare_solver(problem, 0.1 * setting ** (2 / 3), 0.0, self.absolute, limits_of(self, problem))
 
     @classmethod
     def tableau(cls, mp: Any) -> ButcherTableau:
@@ -53,7 +53,7 @@ class Radau5(Integrator):
         return gauss.collocation(mp, [(4 - root) / 10, (4 + root) / 10, mp.mpf(1)], 5)
 
 
-def prepared(
+def prepare_solver(
     problem: Problem, tolerance: float, fixed: float, absolute: bool = True, limits: Floats | None = None
 ) -> Solver:
     """A solver with error control at `tolerance`, or with steps of the size `fixed` if that is > 0.
@@ -68,7 +68,7 @@ def prepared(
         raise Refused(str(error)) from None
     kernel = right_hand_side(problem)
     constants = ("DIMENSION", problem.dimension), ("ABSOLUTE", int(absolute)), ("MOST_STEPS", MOST_STEPS)
-    run = compiled_whole(integrate, SIGNATURE, constants, INLINED)
+    run = compile_whole(integrate, SIGNATURE, constants, INLINED)
     address, buffer, times = kernel.address, problem.buffer, problem.times
     if limits is None:
         limits = np.array([problem.time_scale, np.inf, 0.0])
@@ -86,9 +86,9 @@ def prepared(
 def table() -> Floats:
     def build() -> Floats:
         with working(DIGITS) as mp:
-            return rounded(rows(mp))
+            return round_table(rows(mp))
 
-    return kept("Radau IIA 5", (__name__, gauss.__name__, tableau.__name__), build)
+    return keep_table("Radau IIA 5", (__name__, gauss.__name__, tableau.__name__), build)
 
 
 def rows(mp: Any) -> Table:

@@ -59,7 +59,7 @@ def integrate(
     The loop of `step_control` does not fit: a sample may need a step of its own, whose iteration can fail, and then the
     step is repeated. Matrices, their factors and the stages of the last step are kept from one attempt to the next.
 
-    A sample within a step is a value of the step's polynomial if the polynomial is as accurate as the step (`smooth`).
+    A sample within a step is a value of the step's polynomial if the polynomial is as accurate as the step (`is_smooth`).
     Otherwise it is a separate step from the start of the step: for stiff equations the polynomial of a long step is
     inaccurate between its stages.
     """
@@ -101,7 +101,7 @@ def integrate(
                 length = step
                 call(derivative, t, y, p, partial)
             iterations = 0
-            solvable = factored(partial, length, table, real, pivots, both, pivots_both)
+            solvable = factor_shifted(partial, length, table, real, pivots, both, pivots_both)
             if solvable:
                 if not aside:
                     if ABSOLUTE == 0:
@@ -143,8 +143,8 @@ def integrate(
                             for i in range(n):
                                 weight[i] = min(inverse[i] / tolerance, HEAVIEST)
             if iterations == 0:
-                if fixed > 0.0 or not finite(start):
-                    reason = NOT_SOLVED if finite(start) else NOT_FINITE
+                if fixed > 0.0 or not is_finite(start):
+                    reason = NOT_SOLVED if is_finite(start) else NOT_FINITE
                     break
                 if ABSOLUTE == 0 and solvable:
                     noise(f, t, y, p, start, real, pivots, x, slope, error, groups, rough)
@@ -185,10 +185,10 @@ def integrate(
                     x[i] = y[i] + (z[2, i] + compensation[i])
                 end = times[-1] if t + h >= times[-1] else t + step
                 call(f, end, x, p, slope)
-                if not finite(slope) or not finite(x):
+                if not is_finite(slope) or not is_finite(x):
                     reason = NOT_FINITE
                     break
-                if times[sample] < end and not smooth(step, table, weight, start, z, norm):
+                if times[sample] < end and not is_smooth(step, table, weight, start, z, norm):
                     aside = True
                     for j in range(3):
                         for i in range(n):
@@ -236,14 +236,14 @@ def noise(
     enlarge(change, groups, rough)
 
 
-def finite(values: Any) -> bool:
+def is_finite(values: Any) -> bool:
     total = 0.0
     for value in values:
         total += 0.0 * value
     return total == 0.0
 
 
-def factored(partial: Any, h: Any, table: Any, real: Any, pivots: Any, both: Any, pivots_both: Any) -> bool:
+def factor_shifted(partial: Any, h: Any, table: Any, real: Any, pivots: Any, both: Any, pivots_both: Any) -> bool:
     """Factor gamma/h - J and (alpha + i beta)/h - J; False if one of them is singular."""
     n = DIMENSION or pivots.size
     gamma, alpha, beta = table[EIGENVALUES, 0] / h, table[EIGENVALUES, 1] / h, table[EIGENVALUES, 2] / h
@@ -270,7 +270,7 @@ def between(x: Any, table: Any, z: Any, i: int) -> Any:
     return basis(0, x, table) * z[0, i] + basis(1, x, table) * z[1, i] + basis(2, x, table) * z[2, i]
 
 
-def smooth(h: Any, table: Any, weight: Any, start: Any, z: Any, norm: Any) -> bool:
+def is_smooth(h: Any, table: Any, weight: Any, start: Any, z: Any, norm: Any) -> bool:
     """Whether the polynomial is as accurate within the step as at its end.
 
     Its error follows the fourth derivative, as does the estimate before it is filtered. The filter is 1 if no component
@@ -324,7 +324,7 @@ def newton(
             for i in range(n):
                 x[i] = y[i] + z[j, i]
             call(f, t + table[C, j] * h, x, p, slopes[j])
-            if not finite(slopes[j]):
+            if not is_finite(slopes[j]):
                 return 0
         for i in range(n):
             a, b, c = slopes[0, i], slopes[1, i], slopes[2, i]
@@ -389,5 +389,5 @@ def estimate(
     return found
 
 
-INLINED = (factor, newton, factored)
+INLINED = (factor, newton, factor_shifted)
 """Functions that are called at one or two places: one piece with the loop of steps compiles faster than several."""

@@ -12,9 +12,16 @@ from typing import Any
 
 from gnomon.cases.core.arithmetic import FUNCTIONS
 from gnomon.harness.integrators.gauss.lanes import Lanes, each, lanes, over, power, root
-from gnomon.harness.integrators.gauss.lanes_math import Near, cos_lanes, exp_lanes, sin_lanes, turned, turned_first
+from gnomon.harness.integrators.gauss.lanes_math import (
+    Near,
+    cos_lanes,
+    exp_lanes,
+    sin_lanes,
+    turn_lanes,
+    turn_lanes_first,
+)
 from gnomon.harness.kernels.straight_line import OPERATORS
-from gnomon.harness.kernels.traced import ROUND, RUN, STEP, Node, Value, level, reached
+from gnomon.harness.kernels.traced import ROUND, RUN, STEP, Node, Value, level, list_reached
 
 EXPENSIVE = {"/", "**", *FUNCTIONS}
 """Operations that take several times longer than a product."""
@@ -42,7 +49,7 @@ class Staged:
         functions: Mapping[str, Callable[..., Any]] = PLAIN,
     ) -> None:
         self.values, self.divisors, self.functions = tuple(values), tuple(poles), functions
-        every = dict.fromkeys(x for node in reached(values) for x in (*inverses(node), node))
+        every = dict.fromkeys(x for node in list_reached(values) for x in (*inverses(node), node))
         self.stages = [[x for x in every if x.level == stage and x.arguments] for stage in (RUN, STEP, ROUND)]
         self.variables = [x for x in every if not x.arguments]
         last: dict[Value, int] = {}
@@ -52,7 +59,7 @@ class Staged:
         self.lent = [[x for x in every if x.level == stage < last[x]] for stage in (RUN, STEP)]
         self.pairs = pairs(list(every))
         self.lanes, self.over, self.power, self.each = map(bind, (lanes, over, power, each))
-        self.turned, self.turned_first = bind(turned), bind(turned_first)
+        self.turned, self.turned_first = bind(turn_lanes), bind(turn_lanes_first)
         self.on_lanes = {name: bind(function) for name, function in ON_LANES.items()}
 
     def constants(self, p: Sequence[float]) -> tuple[Any, ...]:
@@ -87,7 +94,7 @@ class Staged:
     def _results(self, values: Sequence[Value], y: Any, w: Any, k: Any, turn: Turn | None = None) -> tuple[Any, Any]:
         known = dict(zip(self.lent[RUN], k, strict=True)) | dict(zip(self.lent[STEP], w, strict=True))
         known |= {x: y[int(x.operation[2:-1])] for x in self.variables if x.level == ROUND}
-        wanted = {x for node in reached(values) for x in (*inverses(node), node)}
+        wanted = {x for node in list_reached(values) for x in (*inverses(node), node)}
         near = self._add([x for x in self.stages[ROUND] if x in wanted], known, turn)
         return tuple(self.lanes(known[x] if isinstance(x, Node) else x) for x in values), near
 
@@ -103,7 +110,7 @@ class Staged:
                 sine, cosine = self.pairs[x]
                 known[sine], known[cosine], near = turn(self.lanes(given[0]), len(kept))
                 kept.append(near)
-            elif by_number(x):
+            elif divides_by_number(x):
                 known[x] = self.over(*map(self.lanes, given))
             else:
                 known[x] = self._value(x, given)
@@ -122,10 +129,10 @@ class Staged:
 
 def inverses(node: Node) -> tuple[Value, ...]:
     """The inverse of the divisor of a vector, if the divisor is a number of an earlier stage; else ()."""
-    return (1 / node.arguments[1],) if by_number(node) else ()
+    return (1 / node.arguments[1],) if divides_by_number(node) else ()
 
 
-def by_number(node: Node) -> bool:
+def divides_by_number(node: Node) -> bool:
     """Whether an operation divides a vector by a number that an earlier stage computes."""
     if node.operation != "/" or node.level < ROUND:
         return False
@@ -133,8 +140,8 @@ def by_number(node: Node) -> bool:
     return isinstance(divisor, Node) and divisor.level < ROUND
 
 
-def expensive(node: Node) -> bool:
-    return node.operation in EXPENSIVE and not by_number(node)
+def is_expensive(node: Node) -> bool:
+    return node.operation in EXPENSIVE and not divides_by_number(node)
 
 
 def pairs(nodes: Sequence[Node]) -> dict[Node, tuple[Node, Node]]:
@@ -151,7 +158,7 @@ def poles(values: Sequence[Value]) -> tuple[Node, ...]:
     """The divisors, in these values, that may change their sign: at the zero of a divisor the values have a pole."""
     signs: dict[Node, int | None] = {}
     found: dict[Node, None] = {}
-    for node in reached(values):
+    for node in list_reached(values):
         signs[node] = sign(node, signs)
         match node.operation, node.arguments:
             case "/", (_, below):

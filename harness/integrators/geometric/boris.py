@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 from gnomon.cases.core.forms import Charged, Form
 from gnomon.cases.core.scene import SceneForm
 from gnomon.harness.contract.integrator import Integrator
-from gnomon.harness.integrators.base.fixed_step import Table, given
+from gnomon.harness.integrators.base.fixed_step import Table, take_numbers
 from gnomon.harness.integrators.base.stepping import call, product, sum_of
 from gnomon.harness.integrators.geometric.splitting import Composed, KahanLi6, Suzuki4
 
@@ -136,7 +136,7 @@ class ChargeMethod(Composed):
 
     def table(self, mp: Any, form: Form, parameters: Sequence[Any], roundoff: Any) -> Table:
         assert isinstance(form, Charged)
-        light = [mp.mpf(0)] if form.light is None else given(mp, form.light, parameters, 1)
+        light = [mp.mpf(0)] if form.light is None else take_numbers(mp, form.light, parameters, 1)
         return [*self.coefficients(mp), [mp.mpf(self.turning), *light]]
 
 

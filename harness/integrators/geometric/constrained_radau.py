@@ -14,7 +14,7 @@ from gnomon.harness.contract.constraints import constraints_of
 from gnomon.harness.contract.integrator import Integrator, Problem
 from gnomon.harness.integrators.base.fixed_step import FixedStep, Table
 from gnomon.harness.integrators.base.stepping import call
-from gnomon.harness.integrators.gauss.gauss_steps import MOST_ITERATIONS, SMALLEST, settled
+from gnomon.harness.integrators.gauss.gauss_steps import MOST_ITERATIONS, SMALLEST, has_settled
 from gnomon.harness.integrators.gauss.radau import Radau5
 from gnomon.harness.integrators.geometric.constrained_parts import explicit_parts
 from gnomon.harness.kernels.equations import Kernel, check_values
@@ -62,7 +62,9 @@ def radau_step(
                 pulled = slope[i]
                 for k in range(m):
                     pulled -= slope[pushed + k * n + i] * store[LEFT + j, k]
-                change = max(change, changed(h, y, store, j, i, x[n + i]), changed(h, y, store, j, n + i, pulled))
+                change = max(
+                    change, measure_change(h, y, store, j, i, x[n + i]), measure_change(h, y, store, j, n + i, pulled)
+                )
                 store[FIRST + j, i] = x[n + i]
                 store[FIRST + j, n + i] = pulled
             for k in range(m):
@@ -85,7 +87,7 @@ def radau_step(
         if not change < 1e300:
             return False
         stalled = stalled + 1 if change >= least else 0
-        if settled(iteration, change, least, stalled, table[2 * STAGES, 0]):
+        if has_settled(iteration, change, least, stalled, table[2 * STAGES, 0]):
             for i in range(2 * n):
                 total = table[STAGES - 1, 1] * store[FIRST, i]
                 for k in range(1, STAGES):
@@ -110,7 +112,7 @@ def begin(f: Any, t: Any, y: Any, p: Any, x: Any, slope: Any, store: Any, n: int
             store[FIRST + j, n + i] = slope[i]
 
 
-def changed(h: Any, y: Any, store: Any, j: int, i: int, value: Any) -> Any:
+def measure_change(h: Any, y: Any, store: Any, j: int, i: int, value: Any) -> Any:
     """The change of a slope over a step, relative to the largest position or velocity.
 
     At index 3 velocities count times h, relative to the positions: the round-off of these over h is that of velocities.
@@ -144,7 +146,7 @@ def eliminate_stages(store: Any, m: int) -> None:
 
 
 def correct(h: Any, y: Any, table: Any, slope: Any, store: Any, n: int, m: int) -> Any:
-    """Correct multipliers and slopes of all stages; returns the largest change, as `changed` does."""
+    """Correct multipliers and slopes of all stages; returns the largest change, as `measure_change` does."""
     pushed = n + 2 * m + m * n
     scale = h * h if INDEX == 3 else h
     largest = 0.0
@@ -157,7 +159,7 @@ def correct(h: Any, y: Any, table: Any, slope: Any, store: Any, n: int, m: int) 
             for i in range(n):
                 share = moved / scale * slope[pushed + k * n + i]
                 value = store[FIRST + j, n + i] - share
-                largest = max(largest, changed(h, y, store, j, n + i, value))
+                largest = max(largest, measure_change(h, y, store, j, n + i, value))
                 store[FIRST + j, n + i] = value
                 for other in range(STAGES):
                     store[FIRST + other, i] -= h * table[other, j + 1] * share

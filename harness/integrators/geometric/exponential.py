@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 import numpy as np
 from gnomon.cases.core.forms import Form, SemiLinear
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solver
-from gnomon.harness.integrators.base.fixed_step import DIGITS, FixedStep, Table, kept
+from gnomon.harness.integrators.base.fixed_step import DIGITS, FixedStep, Table, keep_table
 from gnomon.harness.integrators.base.stepping import call, product, sum_of
 from gnomon.harness.integrators.gauss.gauss import halves
 from gnomon.harness.kernels.equations import Kernel, check_values
@@ -37,17 +37,17 @@ def exponential_step(
         first = 1 + j * (stages + 1)
         for i in range(n):
             if j == stages:
-                total = combined(store[stages, i], table, first + stages + 1, i, y, store, j)
+                total = combine(store[stages, i], table, first + stages + 1, i, y, store, j)
                 slopes = 0.0
                 for m in range(stages):
                     for k in range(n):
                         added, first_lost = product(table[first + 1 + m, i * n + k], store[m, k])
                         slopes, second_lost = sum_of(slopes, added)
                         total += first_lost + second_lost
-                total = combined(total, table, first, i, y, store, 0)
+                total = combine(total, table, first, i, y, store, 0)
                 total, store[stages, i] = sum_of(total, slopes)
             else:
-                total = combined(0.0, table, first, i, y, store, j)
+                total = combine(0.0, table, first, i, y, store, j)
             increment[i] = total
         if j < stages:
             for i in range(n):
@@ -58,7 +58,7 @@ def exponential_step(
     return True
 
 
-def combined(total: Any, table: Any, first: Any, i: Any, y: Any, store: Any, count: Any) -> Any:
+def combine(total: Any, table: Any, first: Any, i: Any, y: Any, store: Any, count: Any) -> Any:
     """Add to `total` component i of the products of matrices with the state and with the first `count` slopes.
 
     The matrices are the rows of `table` from `first` on.
@@ -145,11 +145,11 @@ def phi_functions(mp: Any, z: Matrix, count: int = 4) -> list[Matrix]:
         for k in range(count - 2, -1, -1):
             found.insert(0, scaled.dot(found[0]) + one / mp.factorial(k))
         for _ in range(doublings):
-            found = [_doubled(mp, found, k) for k in range(count)]
+            found = [_double(mp, found, k) for k in range(count)]
     return found
 
 
-def _doubled(mp: Any, phi: list[Matrix], k: int) -> Matrix:
+def _double(mp: Any, phi: list[Matrix], k: int) -> Matrix:
     total = phi[0].dot(phi[k])
     for j in range(1, k + 1):
         total = total + phi[j] / mp.factorial(k - j)
@@ -170,7 +170,7 @@ class HochbruckOstermann4(ExponentialRungeKutta):
         with working(DIGITS) as mp:
             linear = form.linear(tuple(map(mp.mpf, parameters)))
         name = f"{self.name} {linear!r} {h!r}"
-        return kept(
+        return keep_table(
             name, (__name__, halves.__module__), lambda: super(HochbruckOstermann4, self).binary64(form, parameters, h)
         )
 

@@ -10,7 +10,7 @@ from typing import Any
 
 from gnomon.cases.core.forms import Form, RigidBody
 from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solver
-from gnomon.harness.integrators.base.fixed_step import FixedStep, Table, given
+from gnomon.harness.integrators.base.fixed_step import FixedStep, Table, take_numbers
 from gnomon.harness.integrators.base.stepping import call
 from gnomon.harness.integrators.geometric.splitting import Composed, KahanLi6
 from gnomon.harness.integrators.runge_kutta.explicit import RK4
@@ -37,12 +37,12 @@ def munthe_kaas_step(
         less = exponential_less_one(u1, u2, u3)
         g1, g2, g3 = store[stages, 3], store[stages, 4], store[stages, 5]
         m1, m2, m3 = table[inertia, 0] * y[0], table[inertia, 1] * y[1], table[inertia, 2] * y[2]
-        turned_momentum = transposed_times(less, m1 + g1, m2 + g2, m3 + g3)
+        turned_momentum = multiply_transposed(less, m1 + g1, m2 + g2, m3 + g3)
         increment[0] = (turned_momentum[0] + g1) / table[inertia, 0]
         increment[1] = (turned_momentum[1] + g2) / table[inertia, 1]
         increment[2] = (turned_momentum[2] + g3) / table[inertia, 2]
         for row in range(3, 12, 3):
-            rotated = transposed_times(less, y[row], y[row + 1], y[row + 2])
+            rotated = multiply_transposed(less, y[row], y[row + 1], y[row + 2])
             for i in range(3):
                 increment[row + i] = rotated[i]
         for i in range(12):
@@ -141,7 +141,7 @@ def times(q: Any, v1: Any, v2: Any, v3: Any) -> Any:
     )
 
 
-def transposed_times(q: Any, v1: Any, v2: Any, v3: Any) -> Any:
+def multiply_transposed(q: Any, v1: Any, v2: Any, v3: Any) -> Any:
     """The product Q^T v."""
     return (
         q[0][0] * v1 + q[1][0] * v2 + q[2][0] * v3,
@@ -159,7 +159,7 @@ class RigidBodyMethod(FixedStep):
 
     def table(self, mp: Any, form: Form, parameters: Sequence[Any], roundoff: Any) -> Table:
         assert isinstance(form, RigidBody)
-        return [*self.coefficients(mp), given(mp, form.inertia, parameters, 3)]
+        return [*self.coefficients(mp), take_numbers(mp, form.inertia, parameters, 3)]
 
 
 class MuntheKaas4(RigidBodyMethod):

@@ -9,7 +9,7 @@ from gnomon.harness.contract.constraints import constraints_of
 from gnomon.harness.contract.integrator import Integrator, Problem, Unsupported
 from gnomon.harness.integrators.base.fixed_step import Table
 from gnomon.harness.integrators.base.stepping import call, sum_of
-from gnomon.harness.integrators.gauss.gauss_steps import MOST_ITERATIONS, SMALLEST, settled
+from gnomon.harness.integrators.gauss.gauss_steps import MOST_ITERATIONS, SMALLEST, has_settled
 from gnomon.harness.integrators.geometric.constrained_parts import explicit_parts, is_constant
 from gnomon.harness.integrators.geometric.splitting import Composed, KahanLi6, Suzuki4
 from gnomon.harness.kernels.equations import Kernel, check_values
@@ -62,7 +62,7 @@ def rattle_step(
             increment[n + i] += length / 2 * slope[i]
             increment[i] += length * (y[n + i] + increment[n + i])
         now += length
-        if not onto_constraints(f, now, length, y, p, table[1, 0], x, slope, store, increment):
+        if not move_onto_constraints(f, now, length, y, p, table[1, 0], x, slope, store, increment):
             return False
         for i in range(n):
             x[i] = y[i] + (increment[i] + store[1, n + i])
@@ -91,7 +91,7 @@ def rattle_step(
     return True
 
 
-def onto_constraints(
+def move_onto_constraints(
     f: Any, now: Any, length: Any, y: Any, p: Any, roundoff: Any, x: Any, slope: Any, store: Any, increment: Any
 ) -> bool:
     """Move the position along M^-1 G^T at the start until constraints have their values, and correct the velocity.
@@ -135,7 +135,7 @@ def onto_constraints(
             size = max(size, abs(x[i]))
         change = largest / size
         stalled = stalled + 1 if 2 * change >= least else 0
-        if settled(iteration, change, least, stalled, roundoff):
+        if has_settled(iteration, change, least, stalled, roundoff):
             for i in range(n):
                 increment[i], lost = sum_of(increment[i], -store[1, i])
                 store[1, n + i] += lost

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 from gnomon.cases.core.forms import Form, SecondOrder
 from gnomon.harness.contract.integrator import Floats, Integrator, Steps
 from gnomon.harness.integrators.base import tableau
-from gnomon.harness.integrators.base.fixed_step import FixedStep, Table, kept
+from gnomon.harness.integrators.base.fixed_step import FixedStep, Table, keep_table
 from gnomon.harness.integrators.base.stepping import call
 from gnomon.harness.integrators.runge_kutta import nystrom_table
 from gnomon.harness.integrators.runge_kutta.nystrom import nystrom_increment
@@ -115,7 +115,7 @@ class Stormer(FixedStep):
 
     def binary64(self, form: Form, parameters: Sequence[float], h: float) -> Floats:
         modules = (__name__, tableau.__name__, nystrom_table.__name__)
-        return kept(f"Störmer {self.order}", modules, lambda: super(Stormer, self).binary64(form, parameters, h))
+        return keep_table(f"Störmer {self.order}", modules, lambda: super(Stormer, self).binary64(form, parameters, h))
 
     def rows(self, form: Form) -> int:
         return HISTORY + self.order + len(STARTER.a)

@@ -10,12 +10,12 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from gnomon.cases.core.forms import FirstOrder
-from gnomon.harness.contract.sources import cached_by_content
+from gnomon.harness.contract.sources import cache_by_content
 from gnomon.harness.kernels import emission, ir
 from gnomon.harness.kernels.derivatives import slope
 from gnomon.harness.kernels.equations import Kernel, content
-from gnomon.harness.kernels.straight_line import evaluated
-from gnomon.harness.kernels.traced import RUN, Node, ReducedTrace, Value, level, sequence, traced
+from gnomon.harness.kernels.straight_line import evaluate
+from gnomon.harness.kernels.traced import RUN, Node, ReducedTrace, Value, level, sequence, trace_form
 
 STRIDE = 24
 """The number of coefficients stored for each node: orders 0 to 23."""
@@ -39,12 +39,12 @@ class Recurrences:
 
     def __init__(self, form: FirstOrder, dimension: int, parameters: int) -> None:
         self.trace, self.dimension = ReducedTrace(dimension, parameters), dimension
-        self.outputs = traced(form, self.trace)
+        self.outputs = trace_form(form, self.trace)
         self.places = {y: i for i, y in enumerate(self.trace.state)}
         self.derivative: dict[Node, Node] = {}
         self._find_derivatives(self.outputs)
         self.sequence = sequence((*self.outputs, *self.derivative.values()))
-        self.series = [x for x in self.sequence if varying(x)]
+        self.series = [x for x in self.sequence if is_varying(x)]
         self.rows = {y: STRIDE * i for y, i in self.places.items()}
         self.rows_of_slopes: dict[Node, int] = {}
         found = {x: self.inside(x) for x in self.series}
@@ -57,7 +57,7 @@ class Recurrences:
     def _find_derivatives(self, values: Iterable[Value]) -> None:
         """Find f' for each function f of a series in `values`; f' may have new functions."""
         for node in reversed(sequence(values)):
-            if varying(node) and node.arguments and node.operation not in ARITHMETIC and node not in self.derivative:
+            if is_varying(node) and node.arguments and node.operation not in ARITHMETIC and node not in self.derivative:
                 if len(node.arguments) > 1:
                     raise ValueError(f"{node.operation} has no recurrence for Taylor coefficients")
                 self.derivative[node] = slope(node)
@@ -70,14 +70,14 @@ class Recurrences:
     def slopes(self, u: Node) -> int:
         """The index of the first of the numbers (j + 1) u_(j+1) in w: of the derivative, if u is a variable of y."""
         output: Value = self.outputs[self.places[u]] if u in self.places else None
-        return self.row(output) if varying(output) else self.rows_of_slopes.setdefault(u, self.length)
+        return self.row(output) if is_varying(output) else self.rows_of_slopes.setdefault(u, self.length)
 
     def inside(self, node: Node) -> Term | None:
         """The term that a series sums over 0 < j < k; None for a series without such a sum."""
         match node.operation, node.arguments:
-            case "*", (u, v) if varying(u) and varying(v):
+            case "*", (u, v) if is_varying(u) and is_varying(v):
                 return convolution(self.row(u), self.row(v))
-            case "/", (_, v) if varying(v):
+            case "/", (_, v) if is_varying(v):
                 return convolution(self.row(node), self.row(v))
             case "sqrt", _:
                 return convolution(self.row(node), self.row(node))
@@ -90,7 +90,7 @@ class Recurrences:
 
     def start(self, functions: Mapping[str, Any], t: Any, y: Any, p: Any) -> dict[Node, Any]:
         """The coefficients 0 of all nodes."""
-        return evaluated(self.sequence, self.trace, t, [y[i] for i in range(self.dimension)], p, functions)
+        return evaluate(self.sequence, self.trace, t, [y[i] for i in range(self.dimension)], p, functions)
 
     def value(self, x: Value, values: Mapping[Node, Any]) -> Any:
         return values[x] if isinstance(x, Node) else x
@@ -106,7 +106,7 @@ class Recurrences:
         if not node.arguments:
             return w[self.rows[node] + k] if node in self.places else now[node]
         n, inner = [self.value(x, start) for x in node.arguments], sums.get(node)
-        a: list[Any] = [now[x] if varying(x) else None for x in node.arguments]
+        a: list[Any] = [now[x] if is_varying(x) else None for x in node.arguments]
         first, last = a[0], a[-1]
         match node.operation:
             case "neg":
@@ -133,7 +133,7 @@ class Recurrences:
         return per * inner + first * start[self.derivative[node]]
 
 
-def varying(value: Value) -> bool:
+def is_varying(value: Value) -> bool:
     """Whether a value changes along a solution: a series, not a constant."""
     return level(value) > RUN
 
@@ -164,7 +164,7 @@ def coefficients(r: Recurrences, functions: Mapping[str, Any], t: Any, y: Any, p
             if node in r.rows_of_slopes:
                 w[r.rows_of_slopes[node] + k - 1] = k * now[node]
         for i, output in enumerate(r.outputs):
-            w[STRIDE * i + k + 1] = now[output] * ahead if varying(output) else 0.0
+            w[STRIDE * i + k + 1] = now[output] * ahead if is_varying(output) else 0.0
 
 
 def inner_sums(r: Recurrences, w: Any, k: Any) -> tuple[Any, ...]:
@@ -188,7 +188,7 @@ def inner_sums(r: Recurrences, w: Any, k: Any) -> tuple[Any, ...]:
     return tuple(a + b for a, b in zip(sums, even, strict=True))
 
 
-@cached_by_content
+@cache_by_content
 def recurrences_kernel(form: FirstOrder, dimension: int, parameters: int) -> Kernel:
     """The compiled `coefficients`. Raises ValueError for equations without recurrences."""
     r = Recurrences(form, dimension, parameters)

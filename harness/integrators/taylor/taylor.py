@@ -18,7 +18,7 @@ from gnomon.harness.integrators.base.step_control import (
     limits_of,
     solving,
 )
-from gnomon.harness.integrators.base.stepping import call, compiled_whole
+from gnomon.harness.integrators.base.stepping import call, compile_whole
 from gnomon.harness.integrators.taylor.recurrences import STRIDE, recurrences_kernel
 from numpy.typing import NDArray
 
@@ -51,7 +51,7 @@ class Taylor(Integrator):
         except ValueError as error:
             raise Refused(str(error)) from None
         address, length = kernel.address, kernel.sizes[2]
-        run = compiled_whole(integrate, SIGNATURE)
+        run = compile_whole(integrate, SIGNATURE)
         order, parameters, times, limits = (
             order_for(setting),
             problem.parameters,

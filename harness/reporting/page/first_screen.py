@@ -9,10 +9,10 @@ import numpy as np
 import pandas as pd
 from gnomon.harness.contract.status import CANNOT_RUN, Status
 from gnomon.harness.reporting.figures_work import COUNTS, ERRORS, EXACT, MARGIN, SECONDS, expression
-from gnomon.harness.reporting.kept_parts import kept
+from gnomon.harness.reporting.kept_parts import keep_result
 from gnomon.harness.reporting.page import moving
 from gnomon.harness.reporting.page.kind_table import kind_table
-from gnomon.harness.reporting.page.representing import Representatives, chosen_for, label
+from gnomon.harness.reporting.page.representing import Representatives, choose_for, label
 from gnomon.harness.reporting.page.stills import NARROW, WIDE, figure, stills
 from gnomon.harness.reporting.style import DRESS, INK, OWN_GREY, QUIET, hue, records
 from gnomon.harness.results import analysis, number_text, profiles
@@ -62,13 +62,13 @@ def _lead(found: Representatives) -> dict[str, Any] | None:
         return None
     case = LEAD if LEAD in ready else ready[0]
     rows = rows[rows["case"] == case]
-    names = chosen_for(found, case, list(rows["integrator_id"].unique()))
+    names = choose_for(found, case, list(rows["integrator_id"].unique()))
     rows = rows[rows["integrator_id"].isin(names)]
     if rows.empty:
         return None
     least = {axis: _least(found, case, axis) for axis in AXES}
     specs = [
-        _diagram(rows, [label(one) for one in _ordered(names, least[axis])], axis, width)
+        _diagram(rows, [label(one) for one in _order_divisions(names, least[axis])], axis, width)
         for axis in AXES
         for width in (WIDE, NARROW)
     ]
@@ -79,11 +79,11 @@ def _lead(found: Representatives) -> dict[str, Any] | None:
         "case": case,
         "title": run.titles[case],
         "figure": figure(drawings, f"Work-precision diagram of the case {case}: error against time or evaluations"),
-        "said": {axis: _said(found, case, _ordered(names, least[axis]), axis) for axis in AXES},
+        "said": {axis: _say_case(found, case, _order_divisions(names, least[axis]), axis) for axis in AXES},
         "conditioning": error_text(float(rows["conditioning"].max())),
         "moving": None
         if known is None
-        else Markup(kept((moving.__name__,), repr(known.numbers) + case, lambda: str(moving.moving(known)))),
+        else Markup(keep_result((moving.__name__,), repr(known.numbers) + case, lambda: str(moving.moving(known)))),
     }
 
 
@@ -95,14 +95,14 @@ def _least(found: Representatives, case: str, axis: str) -> dict[str, float]:
     return {name: float(at.get(name, math.nan)) for name in rows["integrator_id"].unique()}
 
 
-def _ordered(names: Sequence[str], least: Mapping[str, float]) -> list[str]:
+def _order_divisions(names: Sequence[str], least: Mapping[str, float]) -> list[str]:
     """The divisions in their order; in each the least first, last those that do not reach the error."""
     value = {name: at for name, at in least.items() if math.isfinite(at)}
     places = (YOURS, THIRD, OWN)
     return sorted(names, key=lambda one: (places.index(division(one.partition(":")[0])), value.get(one, math.inf)))
 
 
-def _said(found: Representatives, case: str, names: Sequence[str], axis: str) -> str:
+def _say_case(found: Representatives, case: str, names: Sequence[str], axis: str) -> str:
     """The times or counts of a case at 1e-6 in one sentence, third parties first. `names`: in the order of the sentence."""
     known = _least(found, case, axis)
     said: dict[str, list[str]] = {THIRD: [], YOURS: [], OWN: []}
@@ -222,7 +222,7 @@ def _profiles(found: Representatives, by_axis: Mapping[str, pd.DataFrame]) -> di
             drawings,
             "Performance profiles of the libraries at errors of 1e-3, 1e-6 and 1e-9; the sentence below has the numbers",
         ),
-        "said": _reached(found, shares["time"][AT]),
+        "said": _say_reach(found, shares["time"][AT]),
     }
 
 
@@ -313,10 +313,11 @@ def _ends(
     return [layer | {"data": {"values": rows}} for layer in (leader, words)]
 
 
-def _reached(found: Representatives, part: Sequence[Mapping[str, Any]]) -> str:
+def _say_reach(found: Representatives, part: Sequence[Mapping[str, Any]]) -> str:
     """On how many of the cases that it can state each library reaches an error of 1e-6, third parties first, in falling order."""
     able = {
-        one.name: sum(_stated(found, case, found.method(one, case)) for case in found.complete) for one in found.whole
+        one.name: sum(_can_state(found, case, found.method(one, case)) for case in found.complete)
+        for one in found.whole
     }
     stands = [one["stand"] for one in part]
     count = {
@@ -345,7 +346,7 @@ def _fails(found: Representatives) -> dict[str, Any]:
     return {"rows": rows, "meanings": FAILS}
 
 
-def _stated(found: Representatives, case: str, method: str | None) -> bool:
+def _can_state(found: Representatives, case: str, method: str | None) -> bool:
     """Whether a method can state a case, as far as is known."""
     row = found.known.get((case, method or ""))
     return method is not None and (row is None or row["verdict"] not in CANNOT_RUN)
@@ -355,7 +356,7 @@ def _counts(found: Representatives, cases: Sequence[str], method: str | None) ->
     counts: Counter[str] = Counter()
     for case in cases:
         row = found.known.get((case, method or ""))
-        if not _stated(found, case, method):
+        if not _can_state(found, case, method):
             counts["cannot"] += 1
         elif row is None:
             counts["unrun"] += 1

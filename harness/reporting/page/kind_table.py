@@ -16,7 +16,7 @@ from gnomon.harness.results.advice.needs import SUBJECTS, Measurements, Setting
 from gnomon.harness.results.analysis import own, records
 from gnomon.harness.results.contenders import OWN, THIRD
 from gnomon.harness.results.equal_error import TARGETS
-from gnomon.harness.results.number_text import counted, join_words, power_text, ratio_text, short_text
+from gnomon.harness.results.number_text import count_text, join_words, power_text, ratio_text, short_text
 from gnomon.harness.running.own_equations import form_names
 from markupsafe import Markup, escape
 
@@ -223,7 +223,7 @@ def sentence(one: Entry, error: float, clock: str, group: str) -> Markup:
         interval_text(one),
         power_text(error),
         one.reached,
-        counted(one.systems, "system"),
+        count_text(one.systems, "system"),
     )
     if one.setting is None or one.system is None:
         return text
@@ -275,7 +275,7 @@ def _html(table: KindTable, group: str, of: Mapping[str, Sequence[Entry]]) -> Ma
         cases = table.kinds[kind]
         rows.append(
             Markup('<tr><th scope="row" title="{}">{}<small>{}</small></th>{}</tr>').format(
-                join_words(cases), name, counted(len(cases), "system") + (f":{more}" if more else ""), cells
+                join_words(cases), name, count_text(len(cases), "system") + (f":{more}" if more else ""), cells
             )
         )
     return Markup('<thead><tr><th scope="col">kind of system</th>{}</tr></thead><tbody>{}</tbody>').format(

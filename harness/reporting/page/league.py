@@ -52,7 +52,7 @@ def league(*folders: Path) -> dict[str, Any] | None:
         ],
         "ways": [_way(one, found) for one in found["engines"]],
         "table": _table(found["table"]),
-        "failed": [_failed(row) for row in found["preflights"] if row.get("verdict", "failed") == "failed"],
+        "failed": [_describe_failure(row) for row in found["preflights"] if row.get("verdict", "failed") == "failed"],
     }
 
 
@@ -195,7 +195,7 @@ def _kilobytes(value: float | None) -> str:
     return f"{value / 1024:.1f} MB" if abs(value) >= 1024 else f"{value:.0f} kB"
 
 
-def _failed(row: Mapping[str, Any]) -> dict[str, str]:
+def _describe_failure(row: Mapping[str, Any]) -> dict[str, str]:
     """A pre-flight that failed; of an engine that crashed in its pre-flights the reason."""
     return {
         "integrator": row["integrator"],

@@ -54,7 +54,7 @@ def _orbits(frames: list[Floats], paths: list[Floats]) -> str:
     every = np.concatenate([*frames, *paths])
     middle, half = (every.max(axis=0) + every.min(axis=0)) / 2, float(np.ptp(every, axis=0).max()) / 2 or 1.0
     return "".join(
-        _moved(
+        _move_disc(
             f"m{k}",
             MIDDLE + (path - middle) * [REACH, -REACH] / half,
             MIDDLE + (places - middle) * [REACH, -REACH] / half,
@@ -69,10 +69,10 @@ def _trace(at: Floats, values: Floats, times: Floats, states: Floats) -> str:
     def placed(t: Floats, y: Floats) -> Any:
         return np.column_stack([MIDDLE + REACH * (2 * t / at[-1] - 1), MIDDLE - 0.7 * REACH * (y - middle) / half])
 
-    return _moved("m0", placed(times, states), placed(at, values))
+    return _move_disc("m0", placed(times, states), placed(at, values))
 
 
-def _moved(name: str, path: Any, places: Any) -> str:
+def _move_disc(name: str, path: Any, places: Any) -> str:
     """A path, and a disc that moves along `places`."""
     line = "M" + "L".join(f"{x:.1f} {y:.1f}" for x, y in path[:: max(len(path) // 400, 1)])
     steps = [f"translate({x:.1f}px,{y:.1f}px)" for x, y in places]

@@ -13,8 +13,8 @@ from gnomon.harness.reporting.report_run import Run
 from gnomon.harness.reporting.tables import digits, first_use_text
 from gnomon.harness.results import contenders
 from gnomon.harness.results.analysis import first_uses, own
-from gnomon.harness.results.number_text import counted, short_text
-from gnomon.harness.results.rankings import solved
+from gnomon.harness.results.number_text import count_text, short_text
+from gnomon.harness.results.rankings import find_solved
 from markupsafe import Markup
 
 WIDTH, HEIGHT, MOST = 200, 64, 16
@@ -28,7 +28,7 @@ def multiples(run: Run, beside: Mapping[str, Any], cases: Sequence[str]) -> dict
     allows. `beside`: `orders` and `growth`, measured by `make bench`, and `stability`, where they were measured.
     """
     trusted, reduced, orders = (part[part["case"].isin(cases)] for part in (run.trusted, run.reduced, run.orders))
-    trusted, hard = own(trusted), solved(reduced)
+    trusted, hard = own(trusted), find_solved(reduced)
     slopes = {str(name): part for name, part in own(orders).groupby("integrator_id")}
     bench = {f"gnomon:{row['name']}": row for row in (beside.get("orders") or {"rows": []})["rows"]}
     energies, speeds = _energies(beside), _speeds(run, cases)
@@ -53,7 +53,7 @@ def multiples(run: Run, beside: Mapping[str, Any], cases: Sequence[str]) -> dict
             "digits": f"{np.median(best):.1f}" if best else "",
             "order": _order(slopes.get(str(name)), bench.get(str(name))),
             "over": short_text(float(over.median())) if len(over) else "",
-            "hard": _solved(hard, str(name)),
+            "hard": _say_solved(hard, str(name)),
             "speed": speeds.get(str(name), ""),
             "energy": energies.get(str(name), ""),
             "first": first_use_text(*uses[str(name)].values()) if str(name) in uses else "",
@@ -73,7 +73,7 @@ def _speeds(run: Run, cases: Sequence[str]) -> dict[str, str]:
     third = rows["division"] == contenders.THIRD
     factors = rows.assign(factor=rows["ratio"].where(third, rows["against"])).dropna(subset=["factor"])
     return {
-        str(name): f"{short_text(float(part.median()))} × the least time to 1e-6 ({counted(len(part), 'case')})"
+        str(name): f"{short_text(float(part.median()))} × the least time to 1e-6 ({count_text(len(part), 'case')})"
         for name, part in factors.groupby("integrator_id")["factor"]
     }
 
@@ -124,7 +124,7 @@ def _order(slopes: pd.DataFrame | None, bench: Mapping[str, str] | None) -> str:
     return f"{measured.median():.2f} (median of {len(measured)}{said})"
 
 
-def _solved(hard: pd.DataFrame, name: str) -> str:
+def _say_solved(hard: pd.DataFrame, name: str) -> str:
     """On how many hard variants of those known of it an integrator solves; empty if it was run on none."""
     known = hard[name].dropna() if name in hard else pd.Series(dtype=float)
     return f"{known.sum():.0f} of {len(known)}" if len(known) else ""

@@ -10,14 +10,14 @@ from gnomon.harness.registry import lookup
 from gnomon.harness.reporting.page.case_tables import way
 from gnomon.harness.reporting.page.representing import Representatives, label
 from gnomon.harness.results.advice.needs import OWN, YOURS, Answer, Cost, Need, Reliable, Setting, needs
-from gnomon.harness.results.number_text import counted, error_text, join_words, power_text, short_text, time_text
+from gnomon.harness.results.number_text import count_text, error_text, join_words, power_text, short_text, time_text
 from gnomon.harness.results.profiles import OURS
 from gnomon.harness.running.own_equations import lines
 
 NONE = "ran on no such system: it cannot state them, or was not asked to"
 
 
-def need_cards(found: Representatives) -> list[dict[str, Any]]:
+def make_need_cards(found: Representatives) -> list[dict[str, Any]]:
     """The needs with their answers in words; empty if the complete cases of the run carry no recommendation."""
     all_ = needs(found.measured)
     present = {one.name for one in found.stands}
@@ -88,7 +88,7 @@ def _share(one: Answer) -> str:
         if one.systems
         else f"at most {high} %"
     )
-    return f"{one.systems} of {counted(one.tried, 'system')} ({share})"
+    return f"{one.systems} of {count_text(one.tried, 'system')} ({share})"
 
 
 def _settings(one: Answer) -> list[str]:

@@ -164,7 +164,7 @@ class Representatives:
 
         Third parties are ranked among themselves (see `rankings.divisions`). `equal`: `Run.equal` or `Run.counted`.
         """
-        rank = rankings.counted if equal is self.run.counted else rankings.ranked
+        rank = rankings.rank_by_counts if equal is self.run.counted else rankings.rank_methods
         rows = own(equal[equal["case"].isin(self.complete)])
         by_pair = {
             (case, method): one.name
@@ -202,7 +202,7 @@ def label(name: str) -> str:
     return f"{title(library)} {own_name}" if own_name else name
 
 
-def chosen_for(found: Representatives, case: str, several: Sequence[str]) -> list[str]:
+def choose_for(found: Representatives, case: str, several: Sequence[str]) -> list[str]:
     """The integrators in the picture of a case: all of `several` if they are few, else those that stand for libraries."""
     if len(several) <= NAMED:
         return list(several)

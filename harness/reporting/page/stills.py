@@ -8,8 +8,8 @@ from typing import Any
 
 import vl_convert
 from gnomon.harness.reporting import images
-from gnomon.harness.reporting.kept_parts import kept
-from gnomon.harness.reporting.style import themed
+from gnomon.harness.reporting.kept_parts import keep_result
+from gnomon.harness.reporting.style import apply_theme
 from markupsafe import Markup, escape
 
 WIDE, NARROW = "wide", "narrow"
@@ -18,28 +18,30 @@ WIDE, NARROW = "wide", "narrow"
 
 def stills(specifications: Sequence[dict[str, Any]]) -> list[str]:
     """The drawings as SVG with the colours of the page; kept on disk, because drawing takes a tenth of a second each."""
-    found: list[str] = kept((__name__,), json.dumps(specifications), lambda: [_drawn(one) for one in specifications])
+    found: list[str] = keep_result(
+        (__name__,), json.dumps(specifications), lambda: [_draw(one) for one in specifications]
+    )
     return found
 
 
-def _drawn(specification: Mapping[str, Any]) -> str:
+def _draw(specification: Mapping[str, Any]) -> str:
     schema = "https://vega.github.io/schema/vega-lite/v6.json"
     text = json.dumps({**specification, "background": None, "$schema": schema})
     own = f"d{hashlib.sha256(text.encode()).hexdigest()[:8]}"  # several drawings in one page must not share an id
     svg = images.leaner(vl_convert.vegalite_to_svg(text))
-    return themed(re.sub(r'( id="|url\(#|href="#)', rf"\1{own}", svg))
+    return apply_theme(re.sub(r'( id="|url\(#|href="#)', rf"\1{own}", svg))
 
 
 def figure(drawings: Mapping[str, Mapping[str, str]], label: str) -> dict[str, Markup]:
     """The drawings of a figure by axis (`time`, `calls`), each for two widths; the style sheet shows one of them."""
     return {
         axis: Markup("").join(
-            Markup(f'<div class="still {width}" data-axis="{axis}">{_labelled(svg, label)}</div>')
+            Markup(f'<div class="still {width}" data-axis="{axis}">{_add_label(svg, label)}</div>')
             for width, svg in widths.items()
         )
         for axis, widths in drawings.items()
     }
 
 
-def _labelled(svg: str, label: str) -> str:
+def _add_label(svg: str, label: str) -> str:
     return svg.replace("<svg ", f'<svg role="img" aria-label="{escape(label)}" ', 1)

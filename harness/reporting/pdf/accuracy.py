@@ -13,7 +13,7 @@ from altair.utils import schemapi
 from gnomon.cases.core.case import Case
 from gnomon.harness.adapters.libraries import LIBRARIES, title
 from gnomon.harness.reporting.pdf import answers, measured, provenance
-from gnomon.harness.reporting.pdf.pictures import cut
+from gnomon.harness.reporting.pdf.pictures import shorten
 from gnomon.harness.reporting.pdf.subject import Subject
 from gnomon.harness.reporting.report_run import Run
 from gnomon.harness.results import opening, store
@@ -57,12 +57,12 @@ def contents(subject: Subject, folders: Sequence[Path]) -> dict[str, Any]:
     library = LIBRARIES.get(subject.library)
     version = subject.environment.get(library.package if library else subject.library)
     of = " ".join(filter(None, (title(subject.library), version)))
-    name = cut(subject.name, 100)
+    name = shorten(subject.name, 100)
     return {
         "title": f"Accuracy of {name}",
         "name": name,
-        "subtitle": f"{cut(of, 80)}. Measured against exact motions by gnomon; run {provenance.dates(subject)}.",
-        "footer": f"gnomon {cut(subject.environment.get('gnomon', ''), 30)}, run {provenance.dates(subject)}",
+        "subtitle": f"{shorten(of, 80)}. Measured against exact motions by gnomon; run {provenance.dates(subject)}.",
+        "footer": f"gnomon {shorten(subject.environment.get('gnomon', ''), 30)}, run {provenance.dates(subject)}",
         "chapters": [
             *answers.chapters(subject),
             provenance.method(subject),

@@ -6,20 +6,20 @@ from collections.abc import Callable, Sequence
 import pandas as pd
 from gnomon.harness.contract.status import Status
 from gnomon.harness.reporting.pdf.parts import Part, answer, chapter, points, table, words
-from gnomon.harness.reporting.pdf.pictures import cut
+from gnomon.harness.reporting.pdf.pictures import shorten
 from gnomon.harness.reporting.pdf.subject import Subject, median
 from gnomon.harness.reporting.tables import LAWS
 from gnomon.harness.results import summary
 from gnomon.harness.results.contenders import ALONE, OWN
 from gnomon.harness.results.equal_error import TARGETS
 from gnomon.harness.results.number_text import (
-    counted,
+    count_text,
     error_text,
     join_words,
     power_text,
     short_text,
+    tell_waits,
     time_text,
-    waited_text,
 )
 from gnomon.harness.results.profiles import OURS
 from gnomon.harness.results.rankings import CONDITIONED, FEWEST, SOLVED
@@ -32,19 +32,19 @@ MIDDLE = 1e-6
 def chapters(subject: Subject) -> list[dict[str, object]]:
     """What was asked, the answer, and its limits."""
     return [
-        chapter("What was asked", words(*_asked(subject))),
+        chapter("What was asked", words(*_list_asked(subject))),
         chapter("Answer", answer(*_answer(subject)), _kinds(subject)),
         chapter("Limits of this answer", points(*_limits(subject)), whole=True),
     ]
 
 
-def named(names: Sequence[str], most: int = 4) -> str:
+def join_names(names: Sequence[str], most: int = 4) -> str:
     """Names as a sentence lists them; of many the first ones, and the number of the others."""
-    shown = [cut(name, 60) for name in names[:most]]
+    shown = [shorten(name, 60) for name in names[:most]]
     return join_words([*shown, f"{len(names) - most} more"]) if len(names) > most else join_words(shown)
 
 
-def _asked(subject: Subject) -> list[str]:
+def _list_asked(subject: Subject) -> list[str]:
     run, table_ = subject.run, subject.defaults
     taken = "physics engine" if subject.engine else "integrator"
     low, high = table_["setting"].min(), table_["setting"].max()
@@ -52,16 +52,16 @@ def _asked(subject: Subject) -> list[str]:
         sweep = f"relative tolerances from {power_text(high)} down to {power_text(low)}"
     else:
         sizes = int(table_.groupby("case")["setting"].nunique().max())
-        sweep = f"up to {counted(sizes, 'step size')} a case, from coarse to fine"
+        sweep = f"up to {count_text(sizes, 'step size')} a case, from coarse to fine"
     given = (
         "a scene of bodies, joints and contacts" if subject.engine else "the equations of motion and the initial state"
     )
     hard = subject.ran[subject.ran["variant"] != ""].drop_duplicates(["case", "variant"])
-    variants = f", and on {counted(len(hard), 'hard variant')} of them" if len(hard) else ""
+    variants = f", and on {count_text(len(hard), 'hard variant')} of them" if len(hard) else ""
     refused = (
-        f" It does not accept {counted(len(subject.refused), 'other case')} of the run." if subject.refused else ""
+        f" It does not accept {count_text(len(subject.refused), 'other case')} of the run." if subject.refused else ""
     )
-    tried, all_ = counted(len(subject.accepted), "case"), len(run.names)
+    tried, all_ = count_text(len(subject.accepted), "case"), len(run.names)
     of = "of the run" if len(subject.accepted) == all_ else f"of the {all_} in the run"
     return [
         f"How accurately does the {taken} {subject.name} compute motions of classical mechanics, what does this cost, and"
@@ -74,7 +74,7 @@ def _asked(subject: Subject) -> list[str]:
 def _answer(subject: Subject) -> list[str]:
     few = len(subject.cases) < FEWEST
     first = _one_by_one(subject) if few else _accuracy(subject)
-    second = [_setting(subject), _failed(subject), _hard(subject)]
+    second = [_setting(subject), _describe_failures(subject), _hard(subject)]
     third = [] if few else [_time(subject)]
     return [" ".join(filter(None, part)) for part in (first, second, [*third, _rank(subject)])]
 
@@ -93,7 +93,7 @@ def _one_by_one(subject: Subject) -> list[str]:
         for case, row in subject.cases.iterrows()
         for taken in [time_at(subject, str(case), MIDDLE)]
     ]
-    number = counted(len(subject.cases), "case")
+    number = count_text(len(subject.cases), "case")
     return [
         f"{'; '.join(said)}.",
         f"This run measured {number} with default numbers, which shows nothing about others.",
@@ -103,14 +103,14 @@ def _one_by_one(subject: Subject) -> list[str]:
 def _accuracy(subject: Subject) -> list[str]:
     rows, answered = subject.cases, subject.answered
     if answered.empty:
-        return [f"On none of {counted(len(rows), 'case')} with default numbers is a setting ok."]
+        return [f"On none of {count_text(len(rows), 'case')} with default numbers is a setting ok."]
     reached = [f"{power_text(target)} on {int((answered['best'] <= target).sum())}" for target in TARGETS]
     most, fewest = answered.iloc[0], answered.iloc[-1]
     return [
-        f"Of {counted(len(rows), 'case')} with default numbers, the smallest error over the sweep is at most"
+        f"Of {count_text(len(rows), 'case')} with default numbers, the smallest error over the sweep is at most"
         f" {join_words(reached)}.",
         f"At its best setting it has {median(answered['digits']):.1f} correct digits in the median of the"
-        f" {counted(len(answered), 'case')} with an ok setting, from {digits_text(fewest)} ({fewest.name}) to"
+        f" {count_text(len(answered), 'case')} with an ok setting, from {digits_text(fewest)} ({fewest.name}) to"
         f" {digits_text(most)} ({most.name}).",
     ]
 
@@ -127,30 +127,34 @@ def _setting(subject: Subject) -> str:
             spread = range_text(found["over_tolerance"], short_text, " to ")
             middle = f"is {spread} times its tolerance (median over the settings) on"
         return (
-            f"The error {middle} {counted(len(found), 'case')}, and {short_text(worst['worst_over_tolerance'])} times at"
+            f"The error {middle} {count_text(len(found), 'case')}, and {short_text(worst['worst_over_tolerance'])} times at"
             f" the worst setting of all ({worst.name})."
         )
     found = subject.cases[subject.cases["order"].notna()]
     declared = subject.cases["declared"].dropna()
     said = f" (declared: {declared.iloc[0]:.0f})" if declared.nunique() == 1 else ""
     flat = list(subject.cases.index[subject.cases["flat"]])
-    level = f" On {counted(len(flat), 'case')} ({named(flat)}) the error does not fall with the step." if flat else ""
+    level = (
+        f" On {count_text(len(flat), 'case')} ({join_names(flat)}) the error does not fall with the step."
+        if flat
+        else ""
+    )
     if found.empty:
         return f"On no case do the errors lie on a line from which an order could be measured{said}.{level}"
     number = range_text(found["order"], "{:.2f}".format, " to ")
     if len(found) >= FEWEST:
         number += f", {median(found['order']):.2f} in the median"
-    return f"The order measured on {counted(len(found), 'case')} is {number}{said}.{level}"
+    return f"The order measured on {count_text(len(found), 'case')} is {number}{said}.{level}"
 
 
-def _failed(subject: Subject) -> str:
+def _describe_failures(subject: Subject) -> str:
     lost = subject.cases[subject.cases["best"].isna()]
     if lost.empty:
         return "" if len(subject.cases) == 1 else "On each of these cases some setting is ok."
     why = lost["verdict"].str.replace("_", " ").value_counts()
     kinds = join_words([f"{word or 'left out'} on {number}" for word, number in why.items()])
-    names = named(list(lost.index))
-    return f"No setting is ok on {counted(len(lost), 'case')} ({names}): {kinds}."
+    names = join_names(list(lost.index))
+    return f"No setting is ok on {count_text(len(lost), 'case')} ({names}): {kinds}."
 
 
 def _hard(subject: Subject) -> str:
@@ -158,7 +162,7 @@ def _hard(subject: Subject) -> str:
     if not known:
         return ""
     return (
-        f"Of {counted(known, 'hard variant')} with a known result it solves {int(subject.hard.sum())}: an error of at most"
+        f"Of {count_text(known, 'hard variant')} with a known result it solves {int(subject.hard.sum())}: an error of at most"
         f" {power_text(SOLVED)}, or {CONDITIONED:.0f} times the conditioning if that is larger."
     )
 
@@ -182,7 +186,7 @@ def _rank(subject: Subject) -> str:
         return f"At {power_text(MIDDLE)} no case of this run has times of several {division}."
     count = rows["state"].value_counts()
     parts = [f"{count[state]} {words}" for state, words in _STATES.items() if count.get(state, 0)]
-    return f"At {power_text(MIDDLE)}, among {division}, on {counted(len(rows), 'case')}: {', '.join(parts)}."
+    return f"At {power_text(MIDDLE)}, among {division}, on {count_text(len(rows), 'case')}: {', '.join(parts)}."
 
 
 _STATES = {
@@ -220,7 +224,7 @@ def _limits(subject: Subject) -> list[str]:
 
 def _of_run(subject: Subject) -> list[str]:
     found = [
-        f"It holds for the {counted(len(subject.accepted), 'case')} of this report and their numbers. Other motions may"
+        f"It holds for the {count_text(len(subject.accepted), 'case')} of this report and their numbers. Other motions may"
         " behave otherwise; the cases are not a random sample of anybody's problems."
     ]
     planned = [row for row in subject.run.outstanding.planned if row.library == subject.library]
@@ -236,7 +240,7 @@ def _of_run(subject: Subject) -> list[str]:
         low, high = f"{limits.min():g}", f"{limits.max():g}"
         most = f"{low} s" if low == high else f"{low} to {high} s, according to the case,"
         found.append(
-            f"A trial may take {most} here: {counted(len(skipped), 'setting')} passed this limit or"
+            f"A trial may take {most} here: {count_text(len(skipped), 'setting')} passed this limit or"
             " were not started because of it. With more time, errors may be smaller."
         )
     return found
@@ -285,10 +289,10 @@ def _of_times(subject: Subject) -> list[str]:
     timed = subject.run.frame[subject.run.frame["integrator_id"] == subject.name]
     if not timed["seconds_median"].notna().any():
         return []
-    waited = waited_text(
-        *summary.waited(zip(subject.frame["seconds_median"], subject.frame["delay_seconds"], strict=True))
+    waited = tell_waits(
+        *summary.count_waits(zip(subject.frame["seconds_median"], subject.frame["delay_seconds"], strict=True))
     )
-    processor = cut(subject.environment.get("cpu", "not recorded"), 80)
+    processor = shorten(subject.environment.get("cpu", "not recorded"), 80)
     return [
         f"Times are of whole calls on one processor model ({processor}), geometric means over launches;"
         f" {subject.run.scatter[OWN].text()}. {waited[:1].upper()}{waited[1:]}."
@@ -339,4 +343,4 @@ def growth_words(subject: Subject) -> str:
     said = join_words([f"{law} on {number}" for law, number in clear.items()])
     open_ = int((found == "").sum())
     rest = f"on {open_} its interval admits several laws" if open_ else ""
-    return f"Of {counted(len(found), 'case')} with stored states, the growth of the error is: {'; '.join(filter(None, [said, rest]))}."
+    return f"Of {count_text(len(found), 'case')} with stored states, the growth of the error is: {'; '.join(filter(None, [said, rest]))}."

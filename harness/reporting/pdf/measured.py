@@ -10,20 +10,20 @@ from gnomon.harness.reporting.pdf import pictures
 from gnomon.harness.reporting.pdf.answers import (
     digits_text,
     growth_words,
-    named,
+    join_names,
     range_text,
     size_text,
     solve_text,
     time_at,
 )
 from gnomon.harness.reporting.pdf.parts import Part, chapter, figures, table
-from gnomon.harness.reporting.pdf.pictures import cut
+from gnomon.harness.reporting.pdf.pictures import shorten
 from gnomon.harness.reporting.pdf.subject import Subject
 from gnomon.harness.reporting.tables import LAWS
 from gnomon.harness.results import analysis
 from gnomon.harness.results.contenders import ALONE, OWN
 from gnomon.harness.results.equal_error import TARGETS
-from gnomon.harness.results.number_text import counted, order_text, power_text, short_text
+from gnomon.harness.results.number_text import count_text, order_text, power_text, short_text
 from gnomon.harness.results.separation import EQUAL, EQUAL_WITHIN, FASTEST, OPEN, SLOWER
 from gnomon.harness.studies.drift import CLEAR
 
@@ -43,7 +43,7 @@ def chapters(subject: Subject) -> list[dict[str, Any]]:
             "Growth and cost of the error", _growth(subject), _work(subject), begins="" if subject.grown else "page"
         ),
         chapter("Digits and failures", _digits(subject), _kinds(subject), begins="page"),
-        chapter("Tables", _speed(subject), _failures(subject), _cases(subject), begins="page"),
+        chapter("Tables", _describe_speed(subject), _failures(subject), _cases(subject), begins="page"),
     ]
 
 
@@ -53,18 +53,18 @@ def _work(subject: Subject) -> Part:
     chosen = (
         "All cases with at least three errors."
         if number == len(subject.answered) or number < 6
-        else f"Six of {counted(len(subject.answered), 'case')}, evenly spaced in the order of digits, the most first: they"
+        else f"Six of {count_text(len(subject.answered), 'case')}, evenly spaced in the order of digits, the most first: they"
         " are not chosen by eye."
     )
     caption = (
         f"{chosen} One mark is one setting: its largest error against the exact motion, and its time (right-hand sides where"
-        f" no time was recorded); lower and further left is better. In colour {cut(subject.name, 60)}, in grey the other"
+        f" no time was recorded); lower and further left is better. In colour {shorten(subject.name, 60)}, in grey the other"
         " integrators of the run that gave an answer. Letters in the upper margin are failed settings, with their number if several are close: I inaccurate, D"
         " diverged, R refused, T over the time limit, S not started, C crashed. Dotted: the floor and the conditioning of"
         " the case."
     )
     across = 1 if number == 1 else 2
-    heads = [(cut(subject.run.titles[case], 52), cut(case)) for case in subject.telling]
+    heads = [(shorten(subject.run.titles[case], 52), shorten(case)) for case in subject.telling]
     return figures(drawings, caption, across, 0.7 if across == 1 else 1.0, "Error against cost", heads)
 
 
@@ -85,7 +85,7 @@ def _digits(subject: Subject) -> Part:
         else ""
     )
     caption = (
-        f"{counted(drawn, 'case')} with default numbers, the most digits first. Point: digits of the largest error at the"
+        f"{count_text(drawn, 'case')} with default numbers, the most digits first. Point: digits of the largest error at the"
         " best setting. Tick: the digits that half a unit in the last place of input or output leaves; a point right of it"
         f" is better than the input deserves.{spread} A word stands where no setting is ok."
     )
@@ -102,7 +102,7 @@ def _kinds(subject: Subject) -> Part:
     return figures(pictures.drawings([pictures.failure_chart(subject)]), caption, 1, 0.85, "Failures by kind of system")
 
 
-def _speed(subject: Subject) -> Part:
+def _describe_speed(subject: Subject) -> Part:
     rows = []
     for target in TARGETS:
         own = [row for (_, level), row in subject.times.items() if level == target]
@@ -165,7 +165,7 @@ def _case_row(subject: Subject, case: str, row: pd.Series) -> dict[str, str]:
         at = power_text(row["at"]) if subject.by_tolerance else f"{short_text(row['at'])} s"
     spread = f"{size_text(row['error_low'])} – {size_text(row['error_high'])} ({row['turned_starts']:.0f})"
     return {
-        "case": cut(case + (f" ({row['formulation']})" if row["formulation"] else "")),
+        "case": shorten(case + (f" ({row['formulation']})" if row["formulation"] else "")),
         "digits": digits_text(row),
         "error": size_text(row["best"]) if answered else str(row["verdict"]).replace("_", " ") or "left out",
         RANGE: spread if answered and turned else NOTHING,
@@ -188,8 +188,8 @@ def _failures(subject: Subject) -> Part:
         [
             str(row["status"]).replace("_", " "),
             str(row["trials"]),
-            cut(row["reason"] or NOTHING, 150),
-            named(row["where"], 3),
+            shorten(row["reason"] or NOTHING, 150),
+            join_names(row["where"], 3),
         ]
         for row in failed.head(MOST_FAILURES).to_dict("records")
     ]
@@ -202,5 +202,5 @@ def _failures(subject: Subject) -> Part:
     refused = analysis.failures(subject.reduced[subject.reduced["status"].isin(CANNOT_RUN)])
     refused = refused.sort_values("trials", ascending=False, kind="stable")
     for row in refused.head(3).to_dict("records"):
-        note += f" Not accepted ({cut(row['reason'], 120)}): {counted(row['trials'], 'problem')}."
+        note += f" Not accepted ({shorten(row['reason'], 120)}): {count_text(row['trials'], 'problem')}."
     return table(["status", ">settings", "<>reason", "<>where"], rows, note, "Failures", 8)

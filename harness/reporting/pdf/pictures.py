@@ -8,10 +8,10 @@ import altair as alt
 import numpy as np
 import pandas as pd
 from gnomon.harness.contract.status import Status
-from gnomon.harness.reporting.figures_work import ERRORS, drawn, work_points, work_precision
+from gnomon.harness.reporting.figures_work import ERRORS, draw, work_points, work_precision
 from gnomon.harness.reporting.images import leaner
 from gnomon.harness.reporting.pdf.subject import Subject
-from gnomon.harness.reporting.style import INK, QUIET, STATUS_COLOURS, dressed
+from gnomon.harness.reporting.style import INK, QUIET, STATUS_COLOURS, dress
 
 FONT = "Libertinus Serif"
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#8a6d00", "#56B4E9")
@@ -29,7 +29,7 @@ def svg(specification: dict[str, Any]) -> str:
     return leaner(vl_convert.vegalite_to_svg(specification | {"config": specification["config"] | {"font": FONT}}))
 
 
-def cut(text: str, most: int = LONGEST) -> str:
+def shorten(text: str, most: int = LONGEST) -> str:
     """A text shortened to a number of characters."""
     return text if len(text) <= most else text[: most - 1] + "…"
 
@@ -52,7 +52,7 @@ def work_diagrams(subject: Subject) -> list[dict[str, Any]]:
         limits = {"floor": float(place["floor"])}
         if place["attainable"] > place["floor"]:
             limits["conditioning"] = float(place["attainable"])
-        diagram = drawn(specification, own, limits)
+        diagram = draw(specification, own, limits)
         found.append(_without_legend(diagram | {"width": 300, "height": 205}))
     return found
 
@@ -76,13 +76,13 @@ def growth_chart(subject: Subject) -> dict[str, Any] | None:
     for case in cases:
         trial, _ = subject.grown[case]
         rows += [
-            {"case": cut(case), "time": math.log10(t / trial.times[-1]), "error": math.log10(size)}
+            {"case": shorten(case), "time": math.log10(t / trial.times[-1]), "error": math.log10(size)}
             for t, size in zip(trial.times, trial.sizes["error"], strict=True)
             if math.isfinite(size) and size > 1e-17
         ]
     if not rows:
         return None
-    names = [cut(case) for case in cases]
+    names = [shorten(case) for case in cases]
     looks = {"color": (alt.Color, COLOURS), "strokeDash": (alt.StrokeDash, DASHES)}
     legend = alt.Legend(title=None, orient="right", symbolStrokeWidth=2, symbolType="stroke")
     encoded = {
@@ -98,7 +98,7 @@ def growth_chart(subject: Subject) -> dict[str, Any] | None:
         axis=alt.Axis(tickMinStep=1, tickCount=6, labelExpr=ERRORS),
     )
     chart = alt.Chart(alt.NamedData("points")).mark_line(strokeWidth=1.6).encode(x, y, **encoded)
-    found: dict[str, Any] = dressed(chart.properties(width=400, height=190), {"points": rows}).to_dict(validate=False)
+    found: dict[str, Any] = dress(chart.properties(width=400, height=190), {"points": rows}).to_dict(validate=False)
     return found
 
 
@@ -115,7 +115,7 @@ def _digits(part: pd.DataFrame, subject: Subject, width: int) -> dict[str, Any]:
     with np.errstate(divide="ignore"):
         data = [
             {
-                "case": cut(str(case)),
+                "case": shorten(str(case)),
                 "digits": row["digits"],
                 "low": -math.log10(max(row["error_high"], 1e-17)) if row["turned_starts"] > 0 else None,
                 "high": -math.log10(max(row["error_low"], 1e-17)) if row["turned_starts"] > 0 else None,
@@ -127,7 +127,7 @@ def _digits(part: pd.DataFrame, subject: Subject, width: int) -> dict[str, Any]:
     for one in data:
         if not math.isfinite(one["digits"]):
             one["digits"] = None
-    wide = 5.0 * max(len(cut(str(case))) for case in subject.cases.index) + 8
+    wide = 5.0 * max(len(shorten(str(case))) for case in subject.cases.index) + 8
     extent = {"minExtent": wide, "maxExtent": wide, "labelLimit": 0}  # both columns have one scale
     base = alt.Chart(alt.NamedData("rows")).encode(
         y=alt.Y(
@@ -150,7 +150,7 @@ def _digits(part: pd.DataFrame, subject: Subject, width: int) -> dict[str, Any]:
         .encode(x=alt.datum(0), text="verdict:N"),
     ]
     chart = alt.layer(*layers).properties(width=width, height={"step": 12})
-    found: dict[str, Any] = dressed(chart, {"rows": data}).to_dict(validate=False)
+    found: dict[str, Any] = dress(chart, {"rows": data}).to_dict(validate=False)
     return found
 
 
@@ -181,7 +181,7 @@ def failure_chart(subject: Subject) -> dict[str, Any]:
             order=alt.Order("place:Q"),
         )
     )
-    found: dict[str, Any] = dressed(bars.properties(width=360, height={"step": 22}), {"rows": rows}).to_dict(
+    found: dict[str, Any] = dress(bars.properties(width=360, height={"step": 22}), {"rows": rows}).to_dict(
         validate=False
     )
     return found

@@ -6,12 +6,12 @@ from pathlib import Path
 from typing import Any
 
 from gnomon.harness.adapters.libraries import LIBRARIES
-from gnomon.harness.reporting.pdf.answers import named
+from gnomon.harness.reporting.pdf.answers import join_names
 from gnomon.harness.reporting.pdf.parts import Part, chapter, code, table, terms, words
-from gnomon.harness.reporting.pdf.pictures import cut
+from gnomon.harness.reporting.pdf.pictures import shorten
 from gnomon.harness.reporting.pdf.subject import Subject
 from gnomon.harness.reporting.report_checks import WAYS, certificate_rows, check_rows, motion_name
-from gnomon.harness.results.number_text import counted, error_text, join_words
+from gnomon.harness.results.number_text import count_text, error_text, join_words
 from gnomon.harness.results.profiles import OURS
 from gnomon.harness.running.plan import SUITES
 
@@ -82,7 +82,7 @@ def chapters(subject: Subject, folders: Sequence[Path]) -> list[dict[str, Any]]:
 def _certificates(subject: Subject, folders: Sequence[Path]) -> list[Part]:
     ran = {(case, variant or "default") for case, variant in subject.ran[["case", "variant"]].itertuples(index=False)}
     rows = [row for row in certificate_rows(*folders) if (row["case"], row["variant"]) in ran]
-    motions = counted(len(ran), "exact motion")
+    motions = count_text(len(ran), "exact motion")
     if not rows:
         return [words(
             f"No certificate of the {motions} of this report lies beside the run, so that it states none.",
@@ -92,7 +92,7 @@ def _certificates(subject: Subject, folders: Sequence[Path]) -> list[Part]:
     least = min(rows, key=lambda row: float(row["digits"]))
     bare = len(ran) - len({(row["case"], row["variant"]) for row in rows})
     lacking = f" Without a certificate here: {bare}." if bare else ""
-    failed = f" Not confirmed: {named(bad, 8)}: errors against these are not certified." if bad else ""
+    failed = f" Not confirmed: {join_names(bad, 8)}: errors against these are not certified." if bad else ""
     made = sorted({str(row["revision"]) for row in rows if row["revision"]})
     revisions = (
         f" The certificates are of revision {join_words(made)}, this run is of {_revision(subject)}." if made else ""
@@ -123,7 +123,7 @@ def _checks(folders: Sequence[Path]) -> Part:
     checks = len({row["check"] for row in rows})
     others = len(rows) - len(known)
     return words(
-        f"Beside the motions, {counted(len(known), 'number')} of {counted(checks, 'check')} without motion (moments of"
+        f"Beside the motions, {count_text(len(known), 'number')} of {count_text(checks, 'check')} without motion (moments of"
         " inertia, frequencies, reactions) were computed by independent libraries: the largest difference from the closed"
         f" form is {error_text(worst['error'])} ({worst['check']}, {worst['quantity']}, by {worst['library']})"
         + (f"; {others} could not be computed." if others else "."),
@@ -131,7 +131,7 @@ def _checks(folders: Sequence[Path]) -> Part:
 
 
 def _revision(subject: Subject) -> str:
-    return cut(subject.environment.get("revision") or UNKNOWN, 60)
+    return shorten(subject.environment.get("revision") or UNKNOWN, 60)
 
 
 def _versions(subject: Subject) -> Part:
@@ -141,7 +141,7 @@ def _versions(subject: Subject) -> Part:
         for name in ("gnomon", "revision", "sources", "python", "system", "cpu", "cores", "machine")
         if name in known
     ]
-    rows = [(cut(name, 60), cut(known[name], 60)) for name in (*first, *sorted(known.keys() - {*first}))]
+    rows = [(shorten(name, 60), shorten(known[name], 60)) for name in (*first, *sorted(known.keys() - {*first}))]
     half = (len(rows) + 1) // 2
     rows += [("", "")] * (2 * half - len(rows))
     pairs = [[*rows[i], *rows[half + i]] for i in range(half)]
@@ -159,7 +159,7 @@ def dates(subject: Subject) -> str:
 
 def _commands(subject: Subject) -> list[Part]:
     made = list(dict.fromkeys(str(run["command"]) for run in subject.history if run["command"]))
-    parts = [code(*(cut(one, 400) for one in made[-4:]), title="The run was made by")] if made else []
+    parts = [code(*(shorten(one, 400) for one in made[-4:]), title="The run was made by")] if made else []
     if subject.library in {OURS, *LIBRARIES}:
         parts.append(code(*_again(subject), title="In a clone of gnomon, with pip"))
         parts.append(words(
@@ -168,7 +168,7 @@ def _commands(subject: Subject) -> list[Part]:
         ))  # fmt: skip
     else:
         parts.append(words(
-            f"{cut(subject.name, 60)} does not come with gnomon: the commands above name where it comes from.",
+            f"{shorten(subject.name, 60)} does not come with gnomon: the commands above name where it comes from.",
         ))  # fmt: skip
     return parts
 

@@ -13,7 +13,7 @@ from gnomon.harness.reporting.report_words import together
 from gnomon.harness.results import analysis, rankings, store
 from gnomon.harness.results.contenders import OWN
 from gnomon.harness.results.profiles import OURS
-from gnomon.harness.studies.drift import Growth, Sampled, growth, sampled
+from gnomon.harness.studies.drift import Growth, Sampled, choose_samples, growth
 
 OTHER = "Other systems"
 
@@ -150,14 +150,14 @@ class Subject:
     @cached_property
     def hard(self) -> pd.Series:
         """By hard variant (case, variant) 1 if it is solved, 0 if not; variants that are not known are left out."""
-        table = rankings.solved(self.reduced)
+        table = rankings.find_solved(self.reduced)
         return table[self.name].dropna() if self.name in table else pd.Series(dtype=float)
 
     @cached_property
     def equal(self) -> pd.DataFrame:
-        """Its rows of `rankings.ranked` on default variants, ranked within its division."""
+        """Its rows of `rankings.rank_methods` on default variants, ranked within its division."""
         ours = self.run.equal["library"] == OURS
-        division = rankings.ranked(self.run.equal[ours == (self.library == OURS)], self.run.scatter[OWN])
+        division = rankings.rank_methods(self.run.equal[ours == (self.library == OURS)], self.run.scatter[OWN])
         return division[(division["integrator_id"] == self.name) & (division["variant"] == "")]
 
     @cached_property
@@ -169,7 +169,7 @@ class Subject:
     @cached_property
     def grown(self) -> dict[str, tuple[Sampled, Growth]]:
         """By case the sizes of the error over time, at a setting with an error near 1e-5, and their law."""
-        found = sampled(self.run.path, self.used(self.frame), self.run.classes)
+        found = choose_samples(self.run.path, self.used(self.frame), self.run.classes)
         return {one.trial.case: (one, growth(one.times, one.sizes["error"])) for one in found}
 
     @cached_property

@@ -43,7 +43,7 @@ def main(arguments: Iterable[str] | None = None) -> int:
         if given.with_older:
             found = assembly.older(place, given.out, given.results)
         else:
-            if not _measured([chosen] if chosen else None, place, given.minutes, console):
+            if not _measure_parts([chosen] if chosen else None, place, given.minutes, console):
                 return 1
             if chosen:
                 return 0
@@ -83,7 +83,7 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _measured(chosen: Sequence[Part] | None, place: Place, minutes: float | None, console: Console) -> bool:
+def _measure_parts(chosen: Sequence[Part] | None, place: Place, minutes: float | None, console: Console) -> bool:
     """Measure the parts that are not done, until the time is over; return whether all are done."""
     ends = None if minutes is None else time.monotonic() + 60.0 * minutes
     for state in place.states():

@@ -97,7 +97,7 @@ def older(place: Place, to: Path, results: Path | None = None) -> Found:
     record = place.record(place.files[RESULTS][-1], database.parent) if results is None else None
     made_by = store.runs(database)[-1]["environment"]
     recorded = {name: made_by[name] for name in environment.DISTRIBUTIONS if made_by.get(name)}
-    current = environment.installed()
+    current = environment.list_installed()
     same = all(current.get(name) == version for name, version in recorded.items())
     installed = record["installed"] if record else current if same else recorded
     return Found(database, {name: path for name, path in files.items() if path is not None}, installed)
@@ -117,7 +117,7 @@ def assemble(found: Found, to: Path, raw: Path = RAW, table: Path = TABLE) -> Pa
     recommending.write_table(Run.read(found.results), table, found.files.get(OUTSIDE))
     if engine_facts.FILE in found.files:
         of_engines = sidecars.read(found.files[engine_facts.FILE])
-        study_file.write(engine_facts.installed(of_engines), table.with_name(engine_facts.FILE))
+        study_file.write(engine_facts.reduce_to_installed(of_engines), table.with_name(engine_facts.FILE))
     to.mkdir(parents=True, exist_ok=True)
     for name, content in contents.items():
         diskcache.replace(to / name, content)
@@ -143,14 +143,14 @@ def _raw(found: Found, raw: Path) -> dict[str, Any]:
         )
     return {
         "file": raw.name,
-        "command": f"gnomon export {_named(found.results)} --format parquet --out {_named(raw)}",
+        "command": f"gnomon export {_name_path(found.results)} --format parquet --out {_name_path(raw)}",
         "columns": "gnomon export --schema",
         "bytes": len(content),
         "sha256": hashlib.sha256(content).hexdigest(),
     }
 
 
-def _named(path: Path) -> str:
+def _name_path(path: Path) -> str:
     """A path as another machine can have it: from the current folder, else its name alone."""
     own = path.resolve()
     return own.relative_to(Path.cwd()).as_posix() if own.is_relative_to(Path.cwd()) else own.name

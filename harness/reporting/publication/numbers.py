@@ -40,7 +40,7 @@ def of_results(frame: pd.DataFrame) -> Iterator[tuple[str, float]]:
         finite = [min(LARGEST_DIGITS, -math.log10(error)) if error > 0 else LARGEST_DIGITS for error in errors]
         yield f"digits/{name}", float(pd.Series(finite).clip(lower=0.0).median())
     if len(analysis.hard(ran)):
-        for name, right in rankings.solved(reduced).items():
+        for name, right in rankings.find_solved(reduced).items():
             yield f"hard_run/{name}", float(right.notna().sum())
             yield f"hard_solved/{name}", float(right.sum())
     some = rows[rows["case"].isin(TIMED)]

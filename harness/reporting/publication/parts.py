@@ -159,7 +159,7 @@ class Place:
 
     def add(self, part: Part, seconds: float, done: bool) -> None:
         """Record one more sitting of a part, and whether the part is done."""
-        found = {"environment": environment.recorded(), "installed": environment.installed(), "done": done}
+        found = {"environment": environment.record(), "installed": environment.list_installed(), "done": done}
         found |= {"seconds": round((self.spent(part) or 0.0) + seconds)}
         found |= {"commands": [line(one, self.folder) for one in part.commands]}
         study_file.write(found, self._path(part, self.folder))
@@ -243,7 +243,7 @@ def _succeeds(part: Part, command: str, folder: Path, ends: float | None) -> boo
         return True
     code = INTERRUPTED
     try:
-        code = _called(arguments(command, folder), ends)
+        code = _call(arguments(command, folder), ends)
     finally:
         if launch is not None and code not in part.codes:
             launch.unlink(missing_ok=True)  # pytest also writes a launch that was cut short
@@ -254,7 +254,7 @@ def _succeeds(part: Part, command: str, folder: Path, ends: float | None) -> boo
     return True
 
 
-def _called(command: list[str], ends: float | None) -> int:
+def _call(command: list[str], ends: float | None) -> int:
     """The exit code of a command, which is interrupted, as by Ctrl-C, at the time to stop."""
     # A shell's background jobs ignore Ctrl-C, and so would the commands.
     process = subprocess.Popen(command, preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler))
@@ -263,13 +263,13 @@ def _called(command: list[str], ends: float | None) -> int:
     except subprocess.TimeoutExpired:
         process.send_signal(signal.SIGINT)
     except KeyboardInterrupt:  # the terminal has sent it to the command too
-        _ended(process)
+        _await_end(process)
         raise
-    _ended(process)
+    _await_end(process)
     return INTERRUPTED if process.returncode else 0
 
 
-def _ended(process: subprocess.Popen[bytes]) -> None:
+def _await_end(process: subprocess.Popen[bytes]) -> None:
     """Wait for the end of an interrupted command; kill it if it does not end."""
     try:
         process.wait(ENDING_SECONDS)

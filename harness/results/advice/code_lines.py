@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from functools import cache
 from typing import Any
 
-from gnomon.harness.contract.declared import declared
+from gnomon.harness.contract.declared import read_declared
 
 METHOD, SETTING = "{method}", "{setting}"
 """Stand in the lines for the id of the method and for the argument of its setting."""
@@ -13,7 +13,7 @@ METHOD, SETTING = "{method}", "{setting}"
 @cache
 def systems() -> dict[str, dict[str, Any]]:
     """The systems of the file by name: their forms, subjects, time scale and code."""
-    return declared("results", "advice/systems.toml")
+    return read_declared("results", "advice/systems.toml")
 
 
 def choose_system(forms: Sequence[str], subject: str | None = None) -> str | None:

@@ -1,6 +1,6 @@
 """What the published league says of a physics engine, by kind of scene: order, constant, steps, what it cannot model.
 
-The file is a part of the league (`installed`); the assembly of a publication writes it.
+The file is a part of the league (`reduce_to_installed`); the assembly of a publication writes it.
 """
 
 import json
@@ -74,7 +74,7 @@ def python_texts() -> dict[str, str]:
         return {}
 
 
-def installed(found: Mapping[str, Any]) -> dict[str, Any]:
+def reduce_to_installed(found: Mapping[str, Any]) -> dict[str, Any]:
     """The league as it is installed: without the points of figures, the table of all scenes, and pre-flights that passed."""
     rows = [{key: value for key, value in row.items() if key != "points"} for row in found["rows"]]
     failed = [row for row in found["preflights"] if row.get("verdict", "failed") == "failed"]

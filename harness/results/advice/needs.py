@@ -23,15 +23,15 @@ import pandas as pd
 from gnomon.cases.core import registry
 from gnomon.cases.core.integrated import IntegratedCase
 from gnomon.harness.adapters.libraries import LIBRARIES
-from gnomon.harness.contract.declared import declared
+from gnomon.harness.contract.declared import read_declared
 from gnomon.harness.contract.integrator import Tolerance
 from gnomon.harness.contract.status import SCORED, Status
 from gnomon.harness.registry import kinds, lookup, representatives
 from gnomon.harness.registry.families import exact_reason
 from gnomon.harness.results.analysis import NEVER_RAN, SERIES, records, settings
-from gnomon.harness.results.equal_error import credited, crossing
+from gnomon.harness.results.equal_error import credit_errors, crossing
 from gnomon.harness.results.profiles import OURS
-from gnomon.harness.results.separation import discoveries, paired, signs, wilson
+from gnomon.harness.results.separation import discoveries, signs, test_paired, wilson
 
 THIRD, OWN, YOURS = "third-party", "gnomon", "yours"
 """Divisions: libraries that gnomon drives, its own methods, and integrators that a user gave to the run."""
@@ -75,11 +75,11 @@ class Subject:
 
 
 def _subject(key: str, row: Mapping[str, Any]) -> Subject:
-    lists = {"kinds": tuple(representatives.expanded(row.get("kinds", ()))), "problems": tuple(row.get("problems", ()))}
+    lists = {"kinds": tuple(representatives.expand(row.get("kinds", ()))), "problems": tuple(row.get("problems", ()))}
     return Subject(key, **{**row, **lists})
 
 
-SUBJECTS = {key: _subject(key, row) for key, row in declared("results", "advice/needs.toml").items()}
+SUBJECTS = {key: _subject(key, row) for key, row in read_declared("results", "advice/needs.toml").items()}
 
 
 @dataclass(frozen=True)
@@ -265,7 +265,7 @@ class _System:
 class Measurements:
     """The measurements of a run, arranged by problem and integrator.
 
-    `equal`: `rankings.ranked`; `timed`: `analysis.own_spans`; `kind`: the kind of each case.
+    `equal`: `rankings.rank_methods`; `timed`: `analysis.own_spans`; `kind`: the kind of each case.
     """
 
     def __init__(self, equal: pd.DataFrame, timed: pd.DataFrame, kind: Mapping[str, str]) -> None:
@@ -282,7 +282,7 @@ class Measurements:
             (row["case"], row["variant"], row["integrator_id"], row["target"]): row for row in records(rows, columns)
         }
         self._sweeps = _sweeps(own)
-        self._held = {key: credited([one["error"] for one in sweep]) for key, sweep in self._sweeps.items()}
+        self._held = {key: credit_errors([one["error"] for one in sweep]) for key, sweep in self._sweeps.items()}
         facts = own.assign(spans=own["span"] / own["time_scale"]).groupby(["case", "variant"])
         self._facts = facts[["spans", "conditioning"]].first().to_dict("index")
 
@@ -572,7 +572,7 @@ def _claim(systems: Mapping[str, _System], name: str, base: Mapping[str, _System
     reach = signs(len(more), len(fewer)) if len(more) > len(fewer) else 1.0
     speed, ratio = 1.0, math.exp(-statistics.median(differences)) if differences else math.nan
     if len(differences) >= PAIRED and len(more) >= len(fewer) and sum(differences) > 0:
-        speed = paired(differences)
+        speed = test_paired(differences)
     gained = len(more) - len(fewer)
     how = f"reaches the error on {gained} more of {len(both)} systems" if reach <= speed else ""
     how = how or f"takes {ratio:.2g} of the time on {len(differences)} systems that both reach"

@@ -19,7 +19,7 @@ from gnomon.harness.contract.status import SCORED, Status
 from gnomon.harness.registry import representatives
 from gnomon.harness.results import analysis, contenders, reading
 from gnomon.harness.results.advice.needs import SUBJECTS, UNKNOWN, Measurements, kind_of
-from gnomon.harness.results.separation import EQUAL_WITHIN, discoveries, paired, wilson
+from gnomon.harness.results.separation import EQUAL_WITHIN, discoveries, test_paired, wilson
 from gnomon.harness.results.summary import tidy
 
 from gnomon import cases
@@ -121,7 +121,7 @@ class Trials:
         return next((one for one in sweep if one.relative <= wanted * (1 + SAME)), sweep[-1])
 
 
-def recommended(rows: Iterable[Row]) -> dict[tuple[str, float, str], Row]:
+def select_recommended(rows: Iterable[Row]) -> dict[tuple[str, float, str], Row]:
     """The answers of a table that recommend a setting, by subject, error and library."""
     return {
         (row["subject"], row["error"], row["library"]): row
@@ -145,7 +145,7 @@ def median(answer: Row) -> float:
     return float(answer["setting"]["relative"])
 
 
-def tried(
+def try_settings(
     trials: Trials, answers: Mapping[tuple[str, float, str], Row], half: str, factor: float | None = 1.0
 ) -> list[Trial]:
     """All libraries on the systems of a half, at the setting to rely on by a factor; for None at the median setting."""
@@ -168,7 +168,7 @@ def choose_margin(trials: Trials, answers: Mapping[tuple[str, float, str], Row])
     `answers`: of a table whose settings have no margin yet.
     """
     shares = [
-        {"margin": margin, **share([(one.system, one.held) for one in tried(trials, answers, MARGIN, margin)])}
+        {"margin": margin, **share([(one.system, one.held) for one in try_settings(trials, answers, MARGIN, margin)])}
         for margin in MARGINS
     ]
     enough = [one for one in shares if one["of"] and one["share"] >= WANTED]
@@ -189,7 +189,7 @@ def share(outcomes: Sequence[tuple[str, bool]]) -> dict[str, Any]:
     return {"held": held, "of": of, "systems": systems, "share": held / of, "low": low, "high": high}
 
 
-def published_order(measured: Measurements, errors: Sequence[float] = ERRORS) -> list[Pair]:
+def find_published_order(measured: Measurements, errors: Sequence[float] = ERRORS) -> list[Pair]:
     """The pairs of third-party libraries that a run of the catalogue separates, by need and error.
 
     Their medians over the systems that both reach differ by EQUAL_WITHIN or more, and a paired t test over these systems
@@ -234,7 +234,7 @@ def _pair(
     if sum(differences) < 0:
         first, second = second, first
     own, other = (statistics.median(of[case] for case in common) for _, of in (first, second))
-    return [(Pair(need, error, first[0], second[0], other / own), paired(differences))]
+    return [(Pair(need, error, first[0], second[0], other / own), test_paired(differences))]
 
 
 def order(trials: Trials, pairs: Sequence[Pair], halves: Sequence[str]) -> list[tuple[str, str, bool]]:
@@ -254,9 +254,9 @@ def judge(trials: Trials, answers: Callable[[float], Iterable[Row]], pairs: Sequ
 
     `answers`: the rows of the table with a margin; `pairs`: the published order.
     """
-    margin, margins = choose_margin(trials, recommended(answers(1.0)))
-    known = recommended(answers(margin))
-    tests = tried(trials, known, TEST)
+    margin, margins = choose_margin(trials, select_recommended(answers(1.0)))
+    known = select_recommended(answers(margin))
+    tests = try_settings(trials, known, TEST)
     by_need, of_all = order(trials, pairs, [TEST]), order(trials, pairs, HALVES)
     return {
         "systems": len(trials.systems),
@@ -267,7 +267,7 @@ def judge(trials: Trials, answers: Callable[[float], Iterable[Row]], pairs: Sequ
         "by_need": _by("need", [(one.need, one.system, one.held) for one in tests]),
         "by_library": _by("library", [(one.library, one.system, one.held) for one in tests]),
         "by_error": _by("error", [(one.error, one.system, one.held) for one in tests]),
-        "median_share": share([(one.system, one.held) for one in tried(trials, known, TEST, None)]),
+        "median_share": share([(one.system, one.held) for one in try_settings(trials, known, TEST, None)]),
         "order": share([(system, holds) for _, system, holds in by_need])
         | {
             "pairs": len(pairs),

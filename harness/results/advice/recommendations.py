@@ -15,7 +15,7 @@ from typing import Any
 
 from gnomon.cases.core.numbers import nearest
 from gnomon.harness.adapters.libraries import LIBRARIES
-from gnomon.harness.contract.declared import declared
+from gnomon.harness.contract.declared import read_declared
 
 NAME = "recommendations.jsonl"
 MOST_BYTES = 600_000
@@ -98,7 +98,7 @@ def _percent(share: Mapping[str, Any] | None) -> str:
 
 def subjects() -> dict[str, tuple[str, str]]:
     """The title and the description of each subject, by its key."""
-    return {key: (row["title"], row["about"]) for key, row in declared("results", "advice/needs.toml").items()}
+    return {key: (row["title"], row["about"]) for key, row in read_declared("results", "advice/needs.toml").items()}
 
 
 def subject(phrase: str) -> str:
@@ -132,24 +132,24 @@ def further_subjects(phrase: str) -> dict[str, str]:
     return {
         name: known[name]
         for name in held
-        if known[name] != key and not any(name != other and _within(name, other) for other in held)
+        if known[name] != key and not any(name != other and _is_within(name, other) for other in held)
     }
 
 
 def _names() -> dict[str, str]:
     """The subject of each of its names."""
     known: dict[str, str] = {}
-    for key, row in declared("results", "advice/needs.toml").items():
+    for key, row in read_declared("results", "advice/needs.toml").items():
         kinds = [name for name in row.get("kinds", ()) if name not in ("smooth", "events")]
         known |= dict.fromkeys([*kinds, *row.get("words", ()), row["title"], key], key)
     return known
 
 
 def _names_in(phrase: str, known: Iterable[str]) -> list[str]:
-    return [name for name in known if _within(name, phrase)]
+    return [name for name in known if _is_within(name, phrase)]
 
 
-def _within(name: str, phrase: str) -> bool:
+def _is_within(name: str, phrase: str) -> bool:
     """Whether the words of a name stand together in a phrase."""
     return f" {_plain(name)} " in f" {_plain(phrase)} "
 
@@ -182,7 +182,7 @@ def find(word: str, error: float | None = None, libraries: Sequence[str] = ()) -
     Raises ValueError for an unknown subject or library, and for an error below those that were measured.
     """
     key, chosen = subject(word), {one for word in libraries for one in libraries_of(word)}
-    row, table = declared("results", "advice/needs.toml")[key], read()
+    row, table = read_declared("results", "advice/needs.toml")[key], read()
     known = sorted({one["error"] for one in table.rows}, reverse=True)
     wanted = row["error"] if error is None else error
     if not wanted > 0:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-from gnomon.harness.results.visible import cut
+from gnomon.harness.results.visible import shorten
 from gnomon.harness.system import extras
 from gnomon.harness.system.locks import temporary_folder
 
@@ -66,7 +66,7 @@ def unpack(path: Path, is_model_exchange: bool = False) -> Archive:
             _extract(archive, path, folder)
         digest = hashlib.sha256(path.read_bytes()).hexdigest()[:32]
     except (OSError, zipfile.BadZipFile, zlib.error, RuntimeError, NotImplementedError, EOFError) as error:
-        raise ValueError(f"--fmu {path}: it cannot be unpacked ({cut(str(error))}); export it again") from None
+        raise ValueError(f"--fmu {path}: it cannot be unpacked ({shorten(str(error))}); export it again") from None
     description, invalid = _read_description(path, folder)
     kinds = {"CoSimulation": description.coSimulation, "ModelExchange": description.modelExchange}
     if is_model_exchange:
@@ -90,7 +90,7 @@ def _extract(archive: zipfile.ZipFile, path: Path, folder: Path) -> None:
         outside = name.is_absolute() or ".." in name.parts or "\\" in member.orig_filename or ":" in member.filename
         if outside or stat.S_ISLNK(member.external_attr >> 16):
             raise ValueError(
-                f"--fmu {path}: the path {cut(member.orig_filename)!r} in it leads out of its folder; it is not unpacked"
+                f"--fmu {path}: the path {shorten(member.orig_filename)!r} in it leads out of its folder; it is not unpacked"
             )
     for member in members:
         if PurePosixPath(member.filename).parts[:1] and PurePosixPath(member.filename).parts[0] in NEEDED:
@@ -110,10 +110,10 @@ def _read_description(path: Path, folder: Path) -> tuple[Any, str]:
         try:
             described = read_model_description(str(folder))
         except ValidationError as error:
-            invalid = cut(" ".join(str(error.problems[0]).split()))
+            invalid = shorten(" ".join(str(error.problems[0]).split()))
             described = read_model_description(str(folder), validate=False)
     except Exception as error:  # fmpy raises plain exceptions, and those of lxml
-        why = invalid or cut(" ".join(str(error).split()))
+        why = invalid or shorten(" ".join(str(error).split()))
         raise ValueError(f"--fmu {path}: {DESCRIPTION}: {why}; export it again") from None
     if described.fmiVersion not in VERSIONS:
         raise ValueError(f"--fmu {path}: FMI {described.fmiVersion}; export it as FMI {' or '.join(VERSIONS)}")
@@ -131,6 +131,6 @@ def _require_binary(archive: Archive) -> None:
     if PurePosixPath(name).name != name or not (binaries / system / name).is_file():
         found = sorted(each.name for each in binaries.iterdir()) if binaries.is_dir() else []
         raise ValueError(
-            f"--fmu {archive.path}: it has no binaries/{system}/{cut(name)} for this machine"
-            f" (it has {cut(', '.join(found)) or 'none'}); export it for this system"
+            f"--fmu {archive.path}: it has no binaries/{system}/{shorten(name)} for this machine"
+            f" (it has {shorten(', '.join(found)) or 'none'}); export it for this system"
         )

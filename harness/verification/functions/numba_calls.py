@@ -89,7 +89,7 @@ def _evaluate(f: Any, t: float, state: Any) -> Any:
 
 
 @numba.njit  # type: ignore[untyped-decorator]
-def _counted(f: Any, t: float, state: Any) -> Any:
+def _count_call(f: Any, t: float, state: Any) -> Any:
     f.calls[0] += 1
     f.buffer[-1] += 1
     if f.calls[0] > f.calls[1]:
@@ -123,11 +123,11 @@ def _two(q: Any, v: Any) -> Any:
 
 
 def _of_state(f: Any, t: Any, y: Any) -> Any:
-    return _counted(f, float(t), _one(y))
+    return _count_call(f, float(t), _one(y))
 
 
 def _of_two(f: Any, t: Any, q: Any, v: Any) -> Any:
-    return _counted(f, float(t), _two(q, v))
+    return _count_call(f, float(t), _two(q, v))
 
 
 def _matrix_of_state(f: Any, t: Any, y: Any) -> Any:

@@ -37,7 +37,7 @@ class Equations:
         self.parameters, self.buffer = tuple(problem.parameters.tolist()), problem.buffer
         self.calls = np.array([0.0, problem.most_calls])
         """The number of calls in this solution, and the largest number allowed."""
-        jax_calls = loaded_jax()
+        jax_calls = find_jax()
         if jax_calls is not None:
             jax_calls.register(type(self))
 
@@ -55,7 +55,7 @@ class Equations:
     def __call__(self, t: Any, *arrays: Any) -> Any:
         if type(arrays[0]) is np.ndarray and isinstance(t, float):
             return self.evaluate(float(t), *arrays)
-        jax_calls = loaded_jax()
+        jax_calls = find_jax()
         if jax_calls is not None and jax_calls.is_of_jax(t, arrays):
             return jax_calls.call(self, t, arrays)
         return self.evaluate(float(t), *arrays)
@@ -130,13 +130,13 @@ class RightHandSide(Equations):
     def begin(self) -> None:
         """Count the calls of one more solution."""
         self.calls[0] = 0.0
-        jax_calls = loaded_jax()
+        jax_calls = find_jax()
         if jax_calls is not None:
             jax_calls.begin(self)
 
     def end(self) -> None:
         """Wait for calls of compiled code that are not counted yet."""
-        jax_calls = loaded_jax()
+        jax_calls = find_jax()
         if jax_calls is not None and self.problem.counted:
             jax_calls.end()
 
@@ -164,7 +164,7 @@ class Jacobian(Equations):
         return found
 
 
-def loaded_jax() -> Any:
+def find_jax() -> Any:
     """The module `jax_calls` if the user's code has imported JAX, else None."""
     if "jax" not in sys.modules:
         return None

@@ -62,13 +62,13 @@ def test_only_the_start_is_converted_at_a_call(monkeypatch: pytest.MonkeyPatch) 
     import jax
 
     seen: list[Any] = []
-    original = diffrax.compiled
+    original = diffrax.compile_solver
 
     def recording(*given: Any) -> Any:
         function = original(*given)
         return lambda *arguments: seen.append(arguments) or function(*arguments)
 
-    monkeypatch.setattr(diffrax, "compiled", recording)
+    monkeypatch.setattr(diffrax, "compile_solver", recording)
     solve = solver_of(Tsit5(), problem(turning, 2, TIMES), 1e-6)
     for start in ([1.0, 0.0], [0.5, 0.0]):
         solve(np.array([start]))

@@ -42,8 +42,8 @@ TABLE = {
 PROGRAM = f"""
 import importlib, json, sys, types
 reader = importlib.import_module("gnomon.harness.contract.declared")
-read = reader.declared
-reader.declared = lambda package, name: read(package, name) | ({{"newest": {TABLE}}} if name == "libraries.toml" else {{}})
+read = reader.read_declared
+reader.read_declared = lambda package, name: read(package, name) | ({{"newest": {TABLE}}} if name == "libraries.toml" else {{}})
 adapter = types.ModuleType("gnomon.harness.adapters.newest_adapter")
 sys.modules[adapter.__name__] = adapter
 exec({ADAPTER!r}, vars(adapter))

@@ -2,7 +2,7 @@
 
 import pytest
 from gnomon.harness.contract.integrator import Refused, solver_of
-from gnomon.harness.contract.problem import accepted_form, problem_of
+from gnomon.harness.contract.problem import find_accepted_form, problem_of
 from gnomon.harness.registry import lookup
 from gnomon.harness.verification.call_claims import IMPOSSIBLE
 
@@ -19,7 +19,7 @@ def test_an_impossible_setting_is_refused(name: str) -> None:
     if lookup.missing(one) is not None:
         pytest.skip(str(lookup.missing(one)))
     offered = [cases.get(name).rounded() for name in CASES]
-    case = next(case for case in offered if accepted_form(case, one.accepts) is not None)
+    case = next(case for case in offered if find_accepted_form(case, one.accepts) is not None)
     for setting in IMPOSSIBLE:
         with pytest.raises(Refused, match="is not a positive number"):
             solver_of(one, problem_of(case, one.accepts), setting)

@@ -163,7 +163,7 @@ def changed(change: Any) -> Any:
         values = change(straight_line.derivatives(form, trace))
 
         def body(t: Any, y: Any, p: Any, out: Any) -> None:
-            equations.write(out, straight_line.computed(values, trace, t, [y[0], y[1]], [p[0]], emission.MATH))
+            equations.write(out, straight_line.compute(values, trace, t, [y[0], y[1]], [p[0]], emission.MATH))
 
         return Kernel(change.__name__, body, (dimension, parameters, len(values)))
 

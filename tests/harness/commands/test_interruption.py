@@ -88,10 +88,10 @@ class Stuck(RK4):
 )
 """An integrator that never ends at its second setting."""
 SWALLOWED = """
-from gnomon.harness.commands.interruption import acknowledged
+from gnomon.harness.commands.interruption import acknowledge
 import signal, sys
 
-with acknowledged(float(sys.argv[1])):
+with acknowledge(float(sys.argv[1])):
     signal.signal(signal.SIGINT, lambda *_: None)
     with open("computing", "w") as pipe:
         pipe.write("computing")

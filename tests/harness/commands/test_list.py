@@ -56,7 +56,7 @@ def test_a_pattern_with_a_slash_is_all_variants_and_a_part_of_a_name_is_no_name(
     found = [case.id for case, _ in selection.choose(["kepler_orbit/*", "kepler_orbit"], variants=False)]
     variants = [variant.name for variant in cases.case_class("kepler_orbit").variants]
     assert found == ["kepler_orbit", *(f"kepler_orbit/{name}" for name in variants)]
-    assert set(selection.expanded(["moment*", "kepler*"], checks=True)) > {"moment_equipollent", "kepler_orbit"}
+    assert set(selection.expand(["moment*", "kepler*"], checks=True)) > {"moment_equipollent", "kepler_orbit"}
     with pytest.raises(ValueError, match="kepler_orbit"):
         selection.choose(["kepler"], variants=False)
 

@@ -15,7 +15,7 @@ import synthetic
 from command_line import gnomon
 from gnomon.cases.core.scene import SceneForm
 from gnomon.harness.adapters.libraries import LIBRARIES
-from gnomon.harness.commands.published.recommend import described, share_text
+from gnomon.harness.commands.published.recommend import describe, share_text
 from gnomon.harness.contract.problem import problem_of
 from gnomon.harness.registry import lookup, representatives
 from gnomon.harness.reporting.report_run import Run
@@ -127,11 +127,11 @@ def test_what_reaches_no_system_is_told_with_the_error_that_it_does_reach() -> N
         **{"why": "", "methods": ["pybullet:step"], "systems": 0, "tried": 4, "share_low": 0.0, "share_high": 0.49},
         "best_error": 0.0021,
     }
-    text = "\n".join(described(row, "PyBullet"))
+    text = "\n".join(describe(row, "PyBullet"))
     assert "nothing is recommended" in text
     assert "pybullet:step" in text
     assert "2.1e-3 on half of them" in text
-    assert "no answer" in "\n".join(described({name: row[name] for name in row if name != "best_error"}, "PyBullet"))
+    assert "no answer" in "\n".join(describe({name: row[name] for name in row if name != "best_error"}, "PyBullet"))
 
 
 def test_a_table_of_another_form_is_refused_with_the_way_out() -> None:

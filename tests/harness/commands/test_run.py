@@ -68,7 +68,7 @@ def test_a_missing_library_that_is_named_is_wrong_usage(
 ) -> None:
     from gnomon.harness.registry import lookup
 
-    monkeypatch.setattr(lookup, "_importable", lambda library: library != "pybullet")
+    monkeypatch.setattr(lookup, "_is_importable", lambda library: library != "pybullet")
     assert gnomon("run", "--case", "pendulum_simple", "--integrator", "pybullet") == 2
     assert lookup.absent("pybullet") in capfd.readouterr().err
 

@@ -55,7 +55,7 @@ def test_an_interruption_keeps_what_was_measured(tmp_path: Path, monkeypatch: py
         given[4](Row("gnomon:RK4", "linear", 1.0, {"refused": "planted"}, []))
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("gnomon.harness.stability.panel_run.measured", interrupted)
+    monkeypatch.setattr("gnomon.harness.stability.panel_run.measure_panels", interrupted)
     file = tmp_path / "stability.json"
     assert measured(file, "gnomon:RK4") != 0
     assert [row["integrator"] for row in json.loads(file.read_text())["rows"]] == ["gnomon:RK4"]

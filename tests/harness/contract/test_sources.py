@@ -104,7 +104,7 @@ def start(t: Any, state: Any, parameters: Any) -> str:
 def test_numbers_in_closures_and_default_values_belong_to_the_key() -> None:
     calls = []
 
-    @sources.cached_by_content
+    @sources.cache_by_content
     def rate(form: FirstOrder) -> float:
         calls.append(form)
         return float(form.equations(0.0, (1.0,), ())[0])

@@ -33,13 +33,13 @@ STATES = np.zeros(SHAPE)
 )
 def test_an_answer_that_is_no_solution_is_named(answer: Any, says: str) -> None:
     with pytest.raises(Unusable, match=says):
-        validation.checked(answer, SHAPE)
+        validation.check(answer, SHAPE)
 
 
 def test_numbers_of_numpy_are_counts_too_and_complex_states_may_be_real() -> None:
-    found = validation.checked(Solution(STATES.astype(np.float32), np.int32(7), None, [(1, "x")]), SHAPE)  # type: ignore[arg-type]
+    found = validation.check(Solution(STATES.astype(np.float32), np.int32(7), None, [(1, "x")]), SHAPE)  # type: ignore[arg-type]
     assert (found.steps, found.states.dtype, found.events) == (7, np.float64, ((1.0, "x"),))
-    assert validation.checked(Solution(STATES + 0j), SHAPE).states.dtype == np.float64
+    assert validation.check(Solution(STATES + 0j), SHAPE).states.dtype == np.float64
 
 
 @pytest.mark.parametrize(("count", "seconds", "fits"), [(10**9, 1e-3, False), (10**9, 0.1, True), (64, 0.0, True)])

@@ -44,8 +44,8 @@ def test_numbers_are_in_their_limits() -> None:
 
 def test_by_default_the_start_varies_in_its_typical_range() -> None:
     case = get("pendulum_simple")
-    assert draws.varied(case) == (Varied("theta", -7.0, 7.0), Varied("omega", -8.0, 8.0))
-    assert draws.varied(case, ["L", "omega=-1:2"]) == (Varied("L", 0.1, 10.0), Varied("omega", -1.0, 2.0))
+    assert draws.choose_varied(case) == (Varied("theta", -7.0, 7.0), Varied("omega", -8.0, 8.0))
+    assert draws.choose_varied(case, ["L", "omega=-1:2"]) == (Varied("L", 0.1, 10.0), Varied("omega", -1.0, 2.0))
 
 
 @pytest.mark.parametrize(
@@ -57,4 +57,4 @@ def test_by_default_the_start_varies_in_its_typical_range() -> None:
 )  # fmt: skip
 def test_what_is_no_range_is_named(text: str, message: str) -> None:
     with pytest.raises(ValueError, match=message):
-        draws.varied(get("pendulum_simple"), [text])
+        draws.choose_varied(get("pendulum_simple"), [text])

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 from gnomon.cases.core.forms import FirstOrder, SecondOrder
-from gnomon.harness.integrators.base.fixed_step import rounded
+from gnomon.harness.integrators.base.fixed_step import round_table
 from gnomon.harness.integrators.gauss import gauss
 from gnomon.harness.integrators.gauss.gauss import Gauss
 from gnomon.harness.integrators.geometric import splitting
@@ -150,5 +150,5 @@ def test_dop853_rows_sum_to_the_nodes() -> None:
 def test_the_binary_table_is_the_rounding() -> None:
     with working(60) as mp:
         third = mp.mpf(1) / 3
-        table = rounded([[third, third], [third * 0]])
+        table = round_table([[third, third], [third * 0]])
     assert table.tolist() == [[1 / 3, 1 / 3], [0.0, 0.0]]

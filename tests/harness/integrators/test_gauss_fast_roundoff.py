@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from gnomon.cases.core.registry import get
 from gnomon.harness.contract.integrator import Problem
-from gnomon.harness.contract.problem import accepted_form, initial_state
+from gnomon.harness.contract.problem import find_accepted_form, initial_state
 from gnomon.harness.integrators.gauss.gauss_fast import GaussFast
-from gnomon.harness.studies.growth import STRETCH, fitted, in_extended_precision, period_of, twenty_bits
+from gnomon.harness.studies.growth import STRETCH, fit_powers, in_extended_precision, period_of, twenty_bits
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
@@ -16,7 +16,7 @@ SAMPLES, STARTS = 256, 24
 def energy_walks(name: str, periods: float) -> tuple[Floats, Floats, float]:
     """Times (SAMPLES,), relative error of the energy with its sign (STARTS, SAMPLES), and the mean number of steps."""
     case = get(name).rounded()
-    form = accepted_form(case, GaussFast.accepts)
+    form = find_accepted_form(case, GaussFast.accepts)
     assert form is not None
     parameters = np.array([float(x) for x in case.parameter_values()])
     times = np.arange(1, SAMPLES + 1) * twenty_bits(STRETCH * period_of(case) * periods / SAMPLES)
@@ -44,6 +44,6 @@ def test_the_energy_of_the_pendulum_is_a_random_walk_over_a_million_steps() -> N
     drifts = np.mean(increments, axis=1) / (np.std(increments, axis=1, ddof=1) / np.sqrt(SAMPLES))
     assert np.sum(drifts**2) < 43
     draw = np.random.default_rng(6)
-    powers = [fitted(times, np.abs(walks[draw.integers(0, STARTS, STARTS)]))[0] for _ in range(1000)]
+    powers = [fit_powers(times, np.abs(walks[draw.integers(0, STARTS, STARTS)]))[0] for _ in range(1000)]
     low, high = np.quantile(powers, [0.005, 0.995])
     assert low < 0.5 < high

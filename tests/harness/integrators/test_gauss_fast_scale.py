@@ -97,7 +97,7 @@ def test_a_motion_may_decay_to_zero() -> None:
 @pytest.fixture
 def on_arrays(monkeypatch: pytest.MonkeyPatch) -> pytest.MonkeyPatch:
     """For patches of the method's functions, which NumPy runs."""
-    monkeypatch.setattr(gauss_fast_kernel, "compiled", gauss_fast_kernel.on_arrays)
+    monkeypatch.setattr(gauss_fast_kernel, "compile_advance", gauss_fast_kernel.on_arrays)
     return monkeypatch
 
 
@@ -128,13 +128,13 @@ def test_a_sample_whose_stages_are_not_found_is_taken_within_a_shorter_step(
 def test_stiff_motion_is_handed_over_with_the_tolerance_that_was_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
     """Radau IIA 5 errs far less than its tolerance here, so its errors do not show which tolerance it was given."""
     asked = []
-    prepared = radau.prepared
+    prepared = radau.prepare_solver
 
     def watched(problem: Problem, tolerance: float, relative: float) -> Any:
         asked.append(tolerance)
         return prepared(problem, tolerance, relative)
 
-    monkeypatch.setattr(radau, "prepared", watched)
+    monkeypatch.setattr(radau, "prepare_solver", watched)
     case = get("damped_oscillator", "stiff_1e6").rounded()
     for tolerance in (1e-5, 1e-9):
         asked.clear()

@@ -9,8 +9,8 @@ from breadth import marks
 from gnomon.cases.core.registry import get
 from gnomon.harness.contract.problem import counting, initial_state, problem_of
 from gnomon.harness.integrators.base import step_control
-from gnomon.harness.integrators.base.fixed_step import DIGITS, rounded
-from gnomon.harness.integrators.base.step_control import Adaptive, tabulated
+from gnomon.harness.integrators.base.fixed_step import DIGITS, round_table
+from gnomon.harness.integrators.base.step_control import Adaptive, tabulate
 from gnomon.harness.integrators.base.tableau import full
 from gnomon.harness.integrators.multistep_extrapolation.extrapolation import GraggBulirschStoer
 from gnomon.harness.integrators.runge_kutta import dop853, explicit_pairs, nystrom
@@ -116,7 +116,7 @@ def test_samples_do_not_change_the_steps_and_are_as_good_as_they(pair: type[Adap
 @pytest.mark.parametrize("method", PAIRS, ids=lambda method: method.name)
 def test_tables_of_decimals_are_those_of_mpmath(method: type[Adaptive]) -> None:
     with working(DIGITS) as mp:
-        assert tabulated(method.rows).tobytes() == rounded(method.rows(mp)).tobytes()
+        assert tabulate(method.rows).tobytes() == round_table(method.rows(mp)).tobytes()
 
 
 @pytest.mark.parametrize("tolerance", [1e-8, 1e-10])
@@ -161,18 +161,18 @@ def test_steps_of_high_order_extrapolate_the_growth_of_the_error(monkeypatch: py
     monkeypatch.setattr(step_control, "ERROR_ORDER", 8)
     last, step, before = 0.3, 0.2, 0.4
     error = before * grown * (step / last) ** 8
-    factor = step_control.lengthened(error, before, step, last)
+    factor = step_control.lengthen(error, before, step, last)
     assert next_error(error / step**8 * grown, step, factor) == pytest.approx(0.8**8)
     # A decrease is not extrapolated, nor is anything after the first step.
     for known in (
-        step_control.lengthened(error, before, step, 0.8 * step),
-        step_control.lengthened(error, before, step, 0.0),
+        step_control.lengthen(error, before, step, 0.8 * step),
+        step_control.lengthen(error, before, step, 0.0),
     ):
         assert next_error(error / step**8, step, known) == pytest.approx(0.8**8)
     # At most half of the factor from the error alone, and errors below 1e-4 count as 1e-4.
-    assert step_control.lengthened(error, 1e-4, step, last) == pytest.approx(0.5 * 0.8 * error ** (-1 / 8))
-    assert step_control.lengthened(1e-9, 1e-4, step, step) == pytest.approx(0.8 * 1e-4 ** (-1 / 8))
-    assert next_error(7.0 / step**8, step, step_control.shortened(7.0)) == pytest.approx(0.8**8)
+    assert step_control.lengthen(error, 1e-4, step, last) == pytest.approx(0.5 * 0.8 * error ** (-1 / 8))
+    assert step_control.lengthen(1e-9, 1e-4, step, step) == pytest.approx(0.8 * 1e-4 ** (-1 / 8))
+    assert next_error(7.0 / step**8, step, step_control.shorten(7.0)) == pytest.approx(0.8**8)
 
 
 def test_steps_of_lower_order_are_those_of_hairers_controller(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -180,5 +180,5 @@ def test_steps_of_lower_order_are_those_of_hairers_controller(monkeypatch: pytes
     monkeypatch.setattr(step_control, "ERROR_ORDER", 5)
     for error, before in ((0.5, 0.1), (0.01, 0.9)):
         factor = 0.9 * error ** -(0.2 - 0.008) * before**0.04
-        assert step_control.lengthened(error, before, 0.1, 0.3) == pytest.approx(factor)
-        assert step_control.shortened(1 / error) == pytest.approx(0.9 * error ** (0.2 - 0.008))
+        assert step_control.lengthen(error, before, 0.1, 0.3) == pytest.approx(factor)
+        assert step_control.shorten(1 / error) == pytest.approx(0.9 * error ** (0.2 - 0.008))

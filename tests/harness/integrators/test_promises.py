@@ -14,7 +14,7 @@ from breadth import marks
 from gnomon.cases.core.case import Case
 from gnomon.cases.core.registry import get
 from gnomon.harness.contract.integrator import Integrator, Refused
-from gnomon.harness.contract.problem import accepted_form, initial_state, problem_of
+from gnomon.harness.contract.problem import find_accepted_form, initial_state, problem_of
 from gnomon.harness.registry.lookup import own
 
 ALL = [method for method in own().values() if ".integrators." in type(method).__module__]
@@ -40,7 +40,7 @@ def case_for(method: Integrator) -> Case:
     """The first of these cases that the method accepts."""
     for name in CASES:
         case = get(name).rounded()
-        form = accepted_form(case, method.accepts)
+        form = find_accepted_form(case, method.accepts)
         if form is not None and method.unsupported(form) is None:
             return case
     raise LookupError(f"{method.id} takes none of {CASES}")

@@ -18,7 +18,7 @@ from gnomon.harness.integrators.geometric import boris, exponential, lie, rattle
 from gnomon.harness.integrators.geometric.exponential import HochbruckOstermann4
 from gnomon.harness.integrators.multistep_extrapolation import stormer
 from gnomon.harness.integrators.multistep_extrapolation.stormer import Stormer, Stormer8, adams_weights, stormer_weights
-from gnomon.harness.studies.growth import STRETCH, fitted, twenty_bits
+from gnomon.harness.studies.growth import STRETCH, fit_powers, twenty_bits
 from gnomon.harness.studies.orders import solve_exactly
 from gnomon.reference.numerics.precision import working
 from scipy import stats
@@ -221,7 +221,7 @@ def interval_of_power(
     """Student's interval of the mean power of time over the starts."""
     if np.finfo(np.longdouble).eps > 1e-18:
         pytest.skip("this machine has no arithmetic beyond binary64")
-    powers = fitted((np.arange(BLOCKS) + 0.5) / BLOCKS, drifts(method, steps, first_order, h))
+    powers = fit_powers((np.arange(BLOCKS) + 0.5) / BLOCKS, drifts(method, steps, first_order, h))
     low, high = stats.t.interval(CONFIDENCE, STARTS - 1, np.mean(powers), stats.sem(powers))
     return float(low), float(high)
 
@@ -277,7 +277,7 @@ def test_where_a_uniform_field_pushes_the_energy_is_a_random_walk(method: type[F
     states = np.concatenate([start[:, None], solution.states], axis=1).astype(np.longdouble)
     energy = np.sum(states[..., 3:] ** 2, axis=-1) / 2 - states[..., 0]
     moved = (energy[:, 1:] / energy[:, :1] - 1).astype(np.float64) / UNITS
-    powers = fitted((np.arange(BLOCKS) + 0.5) / BLOCKS, moved.reshape(STARTS, BLOCKS, AVERAGED).mean(axis=2))
+    powers = fit_powers((np.arange(BLOCKS) + 0.5) / BLOCKS, moved.reshape(STARTS, BLOCKS, AVERAGED).mean(axis=2))
     low, _ = stats.t.interval(1 - 0.01 / len(PUSHED), STARTS - 1, np.mean(powers), stats.sem(powers))
     assert low < 0.5
 
@@ -297,7 +297,7 @@ def test_where_a_constant_rest_pushes_an_exponential_method_the_energy_is_a_rand
     states = solution.states.astype(np.longdouble)
     energy = (states[..., 2] ** 2 + states[..., 3] ** 2) / 2 - np.longdouble(PUSH) * states[..., 0]
     moved = ((energy - energy[:, :1]) / UNITS).astype(np.float64).reshape(STARTS, BLOCKS, AVERAGED).mean(axis=2)
-    powers = fitted((np.arange(BLOCKS) + 0.5) / BLOCKS, moved)
+    powers = fit_powers((np.arange(BLOCKS) + 0.5) / BLOCKS, moved)
     low, _ = stats.t.interval(0.99, STARTS - 1, np.mean(powers), stats.sem(powers))
     assert low < 0.5
 
@@ -313,6 +313,6 @@ def test_the_error_that_an_iteration_leaves_is_not_biased() -> None:
     states = solution.states.astype(np.longdouble)
     energy = np.longdouble(SQUARE) * states[..., 0] ** 2 + states[..., 1] ** 2
     moved = ((energy / energy[:, :1] - 1) / UNITS).astype(np.float64).reshape(STARTS, BLOCKS, AVERAGED).mean(axis=2)
-    powers = fitted((np.arange(BLOCKS) + 0.5) / BLOCKS, moved)
+    powers = fit_powers((np.arange(BLOCKS) + 0.5) / BLOCKS, moved)
     low, _ = stats.t.interval(0.99, STARTS - 1, np.mean(powers), stats.sem(powers))
     assert low < 0.5

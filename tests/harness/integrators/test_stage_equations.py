@@ -31,7 +31,7 @@ from gnomon.harness.integrators.gauss.gauss import (
     newton_rows,
     nodes,
 )
-from gnomon.harness.integrators.gauss.gauss_steps import CLOSE, NOISE, STALLED_ROUNDS, settled
+from gnomon.harness.integrators.gauss.gauss_steps import CLOSE, NOISE, STALLED_ROUNDS, has_settled
 from gnomon.harness.integrators.gauss.radau import Radau5
 from gnomon.harness.integrators.geometric import rattle
 from gnomon.reference.numerics.precision import working
@@ -279,12 +279,12 @@ def test_a_cycle_of_rounds_is_no_solution() -> None:
 
 def test_a_large_change_is_never_accepted() -> None:
     for least in (1.0, 1e300, math.inf):
-        assert not settled(3, 1e-3, least, 0, ULP)
-        assert not settled(3, 2 * NOISE * ULP, least, STALLED_ROUNDS, ULP)
-    assert settled(3, 1e-13, 1e-4, 0, ULP), "the next one is 1e-22"
-    assert not settled(3, 1e-16, 2e-15, 0, ULP), "the next one is 5e-18, in every step of the same sign"
-    assert not settled(3, 1e-12, 1e-12, 1, ULP), "changes of an oscillation rise and fall"
-    assert settled(3, 1e-12, 1e-12, STALLED_ROUNDS, ULP)
+        assert not has_settled(3, 1e-3, least, 0, ULP)
+        assert not has_settled(3, 2 * NOISE * ULP, least, STALLED_ROUNDS, ULP)
+    assert has_settled(3, 1e-13, 1e-4, 0, ULP), "the next one is 1e-22"
+    assert not has_settled(3, 1e-16, 2e-15, 0, ULP), "the next one is 5e-18, in every step of the same sign"
+    assert not has_settled(3, 1e-12, 1e-12, 1, ULP), "changes of an oscillation rise and fall"
+    assert has_settled(3, 1e-12, 1e-12, STALLED_ROUNDS, ULP)
 
 
 def pull_back(t: Any, place: Values, parameters: Values) -> Values:
@@ -395,7 +395,7 @@ def test_radau_solves_linear_steps() -> None:
     """Its iteration ends below 2e-15 of 1 + |y|; the transformation's matrices magnify that less than 10 times."""
     z, (unit, _) = rates(5000), starts(5000)
     initial = np.stack([z.real, z.imag, unit.real, unit.imag], 1)
-    solution = radau.prepared(one_step(FirstOrder(linear), 4), 1e-14, 1.0)(initial)
+    solution = radau.prepare_solver(one_step(FirstOrder(linear), 4), 1e-14, 1.0)(initial)
     assert solution.stopped is None
     found = solution.states[:, 0, 2] + 1j * solution.states[:, 0, 3]
     exact = pade(3, 2, z.astype(np.clongdouble)) * unit

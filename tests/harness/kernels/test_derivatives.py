@@ -10,8 +10,8 @@ from case_equations import EVERY, every_function
 from gnomon.cases.core.arithmetic import mpmath_arithmetic, rebind
 from gnomon.cases.core.forms import FirstOrder
 from gnomon.harness.kernels.derivatives import jacobian
-from gnomon.harness.kernels.straight_line import computed, derivatives, derivatives_kernel
-from gnomon.harness.kernels.traced import ReducedTrace, Trace, number, traced
+from gnomon.harness.kernels.straight_line import compute, derivatives, derivatives_kernel
+from gnomon.harness.kernels.traced import ReducedTrace, Trace, is_number, trace_form
 from gnomon.reference.numerics.precision import working
 
 DIGITS, STEP = 120, 40
@@ -30,8 +30,8 @@ def by_complex_step(mp: Any, form: FirstOrder, t: Any, state: list[Any], paramet
 
 def assert_derivatives(mp: Any, kind: type[Trace], form: FirstOrder, t: Any, state: Any, parameters: Any) -> None:
     trace = kind(len(state), len(parameters))
-    found = jacobian(traced(form, trace), trace.state)
-    numbers = computed(found, trace, t, state, parameters, mpmath_arithmetic(mp))
+    found = jacobian(trace_form(form, trace), trace.state)
+    numbers = compute(found, trace, t, state, parameters, mpmath_arithmetic(mp))
     for a, b in zip(numbers, by_complex_step(mp, form, t, state, parameters), strict=True):
         # Stiff cases have third derivatives of 1e20, and terms may cancel. A `Trace` has the inverse of 3 as a float.
         assert abs(a - b) <= (mp.mpf(10) ** -50 if kind is ReducedTrace else 1e-15) * (1 + abs(b))
@@ -64,7 +64,7 @@ def test_derivatives_of_functions_and_powers_of_two_arguments() -> None:
         plain = [mpmath.atan2, mpmath.hypot, lambda a, b: a**b, lambda a, b: a**3 / b**2, lambda a, b: 2**a - b]
         with working(30) as mp:
             at = [mp.mpf("1.25"), mp.mpf("0.75")]
-            found = computed(jacobian(values, (x, y)), trace, mp.mpf(0), at, [], mpmath_arithmetic(mp))
+            found = compute(jacobian(values, (x, y)), trace, mp.mpf(0), at, [], mpmath_arithmetic(mp))
         with mpmath.workdps(40):
             exact = [mpmath.diff(function, (1.25, 0.75), n) for function in plain for n in ((1, 0), (0, 1))]
         assert [float(a) for a in found] == pytest.approx([float(b) for b in exact], rel=1e-15)
@@ -77,7 +77,7 @@ def test_derivatives_of_hypot_of_three_arguments_and_of_a_logarithm_to_a_base() 
         values = [trace.functions["hypot"](x, y, 3.0), trace.functions["log"](x, y)]
         with working(30) as mp:
             at = [mp.mpf("1.25"), mp.mpf("0.75")]
-            found = computed(jacobian(values, (x, y)), trace, mp.mpf(0), at, [], mpmath_arithmetic(mp))
+            found = compute(jacobian(values, (x, y)), trace, mp.mpf(0), at, [], mpmath_arithmetic(mp))
         length, log = math.hypot(1.25, 0.75, 3.0), math.log(0.75)
         exact = [1.25 / length, 0.75 / length, 1 / (1.25 * log), -math.log(1.25) / (0.75 * log**2)]
         assert [float(a) for a in found] == pytest.approx(exact, rel=1e-14)
@@ -88,10 +88,10 @@ def test_zero_derivatives_are_numbers() -> None:
     trace = Trace(2, 1)
     (x, y), (p,) = trace.state, trace.parameters
     first, second, third, fourth = jacobian([p * y, trace.functions["sin"](trace.t) + x], (x, y))
-    assert number(first, 0)
+    assert is_number(first, 0)
     assert second is p
-    assert number(third, 1)
-    assert number(fourth, 0)
+    assert is_number(third, 1)
+    assert is_number(fourth, 0)
 
 
 @pytest.mark.parametrize("name", ["kepler_orbit", "pendulum_on_cart", "lagrange_top"])
@@ -118,5 +118,5 @@ def test_derivatives_in_time_are_a_last_column() -> None:
 
     trace = ReducedTrace(3, 1)
     found = derivatives(FirstOrder(driven), trace, by_time=True)
-    numbers = computed(found, trace, 3.0, [5.0, 7.0, 1.0], [11.0], {"sqrt": np.sqrt})
+    numbers = compute(found, trace, 3.0, [5.0, 7.0, 1.0], [11.0], {"sqrt": np.sqrt})
     assert numbers == [0, 9, 0, 42, -1, 0, 0, 11, 0, 0, 0, 0]

@@ -123,9 +123,9 @@ def test_two_threads_at_once_give_what_one_gives() -> None:
 def test_wrong_code_and_unknown_symbols_raise() -> None:
     """LLVM ends the process at wrong code, and would call address 0 for an unknown symbol."""
     with pytest.raises(RuntimeError):
-        machine.compiled("define i64 @f() {\nentry:\n  ret double 0.0\n}")
+        machine.compile_ir("define i64 @f() {\nentry:\n  ret double 0.0\n}")
     with pytest.raises(RuntimeError, match="materialize"):
-        machine.Code(machine.compiled("declare double @nowhere(double)\ndefine double @f() {\n  %x = call double @nowhere(double 1.0)\n  ret double %x\n}"), ("f",))  # fmt: skip
+        machine.Code(machine.compile_ir("declare double @nowhere(double)\ndefine double @f() {\n  %x = call double @nowhere(double 1.0)\n  ret double %x\n}"), ("f",))  # fmt: skip
 
 
 @pytest.mark.parametrize(
@@ -157,7 +157,7 @@ from gnomon.harness.kernels import ir, machine
 import subset_functions
 if {kept}:
     def never(*_): raise AssertionError("compiled anew")
-    machine.compiled = never
+    machine.compile_ir = never
 import numpy
 print(machine.function(subset_functions.loops, "float[1] int float", ir.REAL)(numpy.ones(4), 3, 2.0))
 """

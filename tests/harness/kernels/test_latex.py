@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from case_equations import EVERY
 from gnomon.harness.kernels.equation_text import EquationText, equation_text
-from gnomon.harness.kernels.latex import dotted, latex, symbol
+from gnomon.harness.kernels.latex import dot_name, latex, symbol
 
 FUNCTIONS = {rf"\{name}": getattr(math, name) for name in ("sin", "cos", "tan", "sinh", "cosh", "tanh", "exp")}
 FUNCTIONS |= {r"\arcsin": math.asin, r"\arccos": math.acos, r"\arctan": math.atan, r"\ln": math.log}
@@ -93,7 +93,7 @@ def read(text: str, values: dict[str, float], states: list[str]) -> list[float]:
         reader = Reader(expression, values)
         values = values | {name: reader.sum()}
         assert not reader.tokens
-    return [values[dotted(state)] for state in states]
+    return [values[dot_name(state)] for state in states]
 
 
 @pytest.mark.parametrize("name", EVERY)
@@ -126,6 +126,6 @@ def test_symbols_of_names() -> None:
         r"\theta", "I_1", r"\mu_k", r"\mathrm{rate}", "x", r"\omega_2", "v_x", r"v_{\mathrm{x12}}", r"\dot\phi",
         r"\theta_1", r"\rho_{\mathrm{air}}",
     ]  # fmt: skip
-    assert [dotted(x) for x in ("theta", "x1", "phidot", "rate")] == [
+    assert [dot_name(x) for x in ("theta", "x1", "phidot", "rate")] == [
         r"\dot\theta", r"\dot x_1", r"\ddot\phi", r"\dot{\mathrm{rate}}",
     ]  # fmt: skip

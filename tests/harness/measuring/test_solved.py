@@ -12,7 +12,7 @@ from gnomon.harness.contract import validation
 from gnomon.harness.contract.integrator import Refused, Unsupported
 from gnomon.harness.contract.problem import initial_state, problem_of
 from gnomon.harness.contract.status import Status
-from gnomon.harness.measuring.solved import Solved, outcome, solved
+from gnomon.harness.measuring.solved import Solved, outcome, solve_within
 
 CASE = get("pendulum_simple").rounded()
 START = initial_state(CASE)[None]
@@ -21,7 +21,7 @@ START = initial_state(CASE)[None]
 def at(moves: bool = False, seconds: float = 60.0, **change: Callable[..., Any]) -> Solved:
     integrator = changed("gnomon:DOP853", **change)
     problem = problem_of(CASE, integrator.accepts, counted=True)
-    return solved(integrator, problem, 1e-8, START, moves, seconds)
+    return solve_within(integrator, problem, 1e-8, START, moves, seconds)
 
 
 def raising(error: Exception) -> Callable[[Any], Any]:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from gnomon.cases.core.forms import Constrained, FirstOrder, Hybrid, RigidBody
-from gnomon.harness.contract.declared import declared
+from gnomon.harness.contract.declared import read_declared
 from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.own_systems import drawn_equations
 from gnomon.harness.own_systems.drawn import FAMILIES, MARGIN, MEMBERS, SEED, TEST, Drawn, draw
@@ -61,7 +61,7 @@ def test_the_draw_is_as_large_as_is_promised() -> None:
     assert len({one.name for one in DRAWN}) == len(DRAWN)
     for name in FAMILIES:
         assert [one.half for one in family(name)] == [MARGIN, TEST] * (MEMBERS // 2)
-    assert {one.need for one in DRAWN} <= set(declared("results", "advice/needs.toml"))
+    assert {one.need for one in DRAWN} <= set(read_declared("results", "advice/needs.toml"))
 
 
 def test_another_family_changes_no_system(monkeypatch: pytest.MonkeyPatch) -> None:

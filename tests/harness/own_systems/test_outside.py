@@ -46,7 +46,7 @@ def measured(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_each_system_is_measured_or_dropped_with_its_reason(measured: Path) -> None:
-    done = outside.ended(measured)
+    done = outside.read_ended(measured)
     assert set(done) == {one.name for one in SYSTEMS}
     assert "high precision" in done["drawn_decay_2"].why
     rows = reading.rows(measured)
@@ -66,7 +66,7 @@ def test_what_is_measured_is_not_computed_again(measured: Path, monkeypatch: pyt
     monkeypatch.setattr(outside, "make_system", counted)
     outside.measure(measured, [*SYSTEMS, system("drawn_decay_4")], SEED, 300.0, Progress(quiet=True))
     assert made == ["drawn_decay_4"]
-    assert outside.ended(measured)["drawn_decay_4"].why == "no reference: no two methods agree"
+    assert outside.read_ended(measured)["drawn_decay_4"].why == "no reference: no two methods agree"
 
 
 def test_systems_of_another_seed_do_not_mix(measured: Path) -> None:
@@ -101,7 +101,7 @@ def test_a_run_is_judged_without_a_measurement(
 ) -> None:
     """The file has what is published, and the command prints the share of it."""
     before = measured.read_bytes()
-    dropped = {name for name, one in outside.ended(measured).items() if one.why}
+    dropped = {name for name, one in outside.read_ended(measured).items() if one.why}
     systems = [*SYSTEMS, *(system(name) for name in dropped - {one.name for one in SYSTEMS})]
     monkeypatch.setattr(outside, "draw", lambda seed=SEED: systems)
     monkeypatch.setattr(outside.recommending, "answers", table)
@@ -122,9 +122,9 @@ def test_a_run_is_judged_without_a_measurement(
 def test_a_part_of_the_draw_is_not_judged(measured: Path, catalogue: Path, tmp_path: Path) -> None:
     """A share of the systems that happened to be measured first is no share of the draw."""
     with pytest.raises(ValueError, match="are not measured yet"):
-        outside.judged(measured, catalogue)
+        outside.judge_file(measured, catalogue)
     with pytest.raises(ValueError, match="no systems were measured"):
-        outside.judged(tmp_path / "none.sqlite", catalogue)
+        outside.judge_file(tmp_path / "none.sqlite", catalogue)
 
 
 @pytest.mark.parametrize(

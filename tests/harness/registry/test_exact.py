@@ -3,14 +3,14 @@
 from itertools import product
 
 import pytest
-from gnomon.harness.contract.declared import declared
+from gnomon.harness.contract.declared import read_declared
 from gnomon.harness.registry import lookup
 from gnomon.harness.registry.families import exact_reason, fits
 from on_cases import solved
 
 from gnomon import cases
 
-DECLARED = declared("registry", "families.toml")["exact"]
+DECLARED = read_declared("registry", "families.toml")["exact"]
 PAIRS = [
     (name, case)
     for row in DECLARED

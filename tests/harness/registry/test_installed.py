@@ -2,10 +2,10 @@
 
 from importlib.metadata import distributions
 
-from gnomon.harness.registry.environment import installed
+from gnomon.harness.registry.environment import list_installed
 
 
 def test_versions_are_those_of_the_whole_metadata() -> None:
     """Read from their heads alone; the description below may have lines of the same words."""
     expected = {one.name.lower().replace("_", "-"): one.version for one in distributions()}
-    assert installed() == {name: version for name, version in expected.items() if name != "gnomon"}
+    assert list_installed() == {name: version for name, version in expected.items() if name != "gnomon"}

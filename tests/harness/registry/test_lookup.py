@@ -52,7 +52,7 @@ def test_a_base_without_a_name_is_no_entry_point(module: str, monkeypatch: pytes
     points = [EntryPoint(name, f"{module}:{name}", lookup.GROUP) for name in ("Shared", "One")]
     monkeypatch.setattr(lookup, "entry_points", lambda group: points)
     with pytest.warns(UserWarning, match="Shared does not declare name"):
-        assert set(lookup.registered()) == {"mine:one"}
+        assert set(lookup.list_registered()) == {"mine:one"}
 
 
 @pytest.mark.parametrize(
@@ -69,7 +69,7 @@ def test_an_entry_point_that_ends_its_import_affects_no_other(
     points = [EntryPoint(name, path, lookup.GROUP) for name, path in paths.items()]
     monkeypatch.setattr(lookup, "entry_points", lambda group: points)
     with pytest.warns(UserWarning, match=r"broken \(ends_its_import:Thing\) cannot be loaded: \w+: "):
-        assert set(lookup.registered()) == {"planted:sound"}
+        assert set(lookup.list_registered()) == {"planted:sound"}
 
 
 def test_an_integrator_that_several_names_select_is_taken_once() -> None:

@@ -6,13 +6,13 @@ from pathlib import Path
 import pytest
 from gnomon.cases.core.forms import Constrained
 from gnomon.harness.adapters.libraries import LIBRARIES
-from gnomon.harness.contract.declared import declared
+from gnomon.harness.contract.declared import read_declared
 from gnomon.harness.registry import lookup, representatives
 from gnomon.harness.registry.representatives import ROUGH, STIFF
 
 from gnomon import cases
 
-KINDS: dict[str, list[str]] = declared("reporting", "templates/page.toml")["kinds"]
+KINDS: dict[str, list[str]] = read_declared("reporting", "templates/page.toml")["kinds"]
 EVERY = (*LIBRARIES, "gnomon")
 ROOT = Path(__file__).parents[3]
 

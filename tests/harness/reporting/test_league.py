@@ -6,7 +6,7 @@ from pathlib import Path
 import planted_sidecars
 import pytest
 from gnomon.cases import get
-from gnomon.harness.commands.published.engine import described
+from gnomon.harness.commands.published.engine import describe
 from gnomon.harness.reporting.page.league import league
 from gnomon.harness.results.advice import engine_facts
 
@@ -55,7 +55,7 @@ def test_what_failed_and_what_differs_is_said(found: dict) -> None:
 
 
 def test_the_command_says_what_the_file_says() -> None:
-    text = "\n".join(described(json.loads(json.dumps(planted_sidecars.LEAGUE)), "pybullet", UNBROKEN))
+    text = "\n".join(describe(json.loads(json.dumps(planted_sidecars.LEAGUE)), "pybullet", UNBROKEN))
     assert "no curve as a constraint" in text
     assert "error 0.32 (step / time scale)^1.00 on 1 of 1 scene" in text
     assert "no steady order on 1 scene" in text
@@ -75,7 +75,7 @@ def test_the_kinds_of_scenes_cover_every_scene() -> None:
 
 
 def test_the_installed_file_has_all_that_the_command_says() -> None:
-    kept = engine_facts.installed(planted_sidecars.LEAGUE)
-    assert [*described(kept, "pybullet", UNBROKEN)] == [*described(planted_sidecars.LEAGUE, "pybullet", UNBROKEN)]
+    kept = engine_facts.reduce_to_installed(planted_sidecars.LEAGUE)
+    assert [*describe(kept, "pybullet", UNBROKEN)] == [*describe(planted_sidecars.LEAGUE, "pybullet", UNBROKEN)]
     assert all("points" not in row for row in kept["rows"])
     assert [row["scene"] for row in kept["rows"]] == [row["scene"] for row in planted_sidecars.LEAGUE["rows"]]  # type: ignore[attr-defined, index]

@@ -251,7 +251,7 @@ def test_ctrl_c_tells_what_remains(
     monkeypatch.setattr(
         parts, "subprocess", SimpleNamespace(Popen=Interrupted, TimeoutExpired=subprocess.TimeoutExpired)
     )
-    monkeypatch.setattr(parts, "_ended", lambda process: process.kill())  # a terminal would send Ctrl-C to it too
+    monkeypatch.setattr(parts, "_await_end", lambda process: process.kill())  # a terminal would send Ctrl-C to it too
     before = signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background jobs ignore it
     try:
         assert __main__.main([]) == 130

@@ -17,7 +17,7 @@ import pytest
 import synthetic
 import vl_convert
 from gnomon.cases import case_class
-from gnomon.harness.reporting.figures_work import EXACT, drawn, front, work_precision
+from gnomon.harness.reporting.figures_work import EXACT, draw, front, work_precision
 from gnomon.harness.reporting.images import leaner, smaller
 from gnomon.harness.reporting.report import write_report
 from gnomon.harness.reporting.report_charts import work_problems
@@ -259,7 +259,7 @@ def test_a_run_in_which_all_failed_is_reported(written: Path, tmp_path: Path) ->
     run = Run.read(written.parent / "results.sqlite")
     points = work_problems(run)["pendulum_simple"]["default"]["points"]
     failed = points.assign(failed=True, front=False, status="diverged")
-    svg = vl_convert.vegalite_to_svg(drawn(work_precision(run.look, "time"), failed, {}))
+    svg = vl_convert.vegalite_to_svg(draw(work_precision(run.look, "time"), failed, {}))
     width = re.search(r'width="([^"]*)"', svg)
     assert width is not None
     assert 300 < float(width[1]) < 3000
@@ -268,7 +268,7 @@ def test_a_run_in_which_all_failed_is_reported(written: Path, tmp_path: Path) ->
 def test_a_diagram_has_a_mark_for_each_setting_and_a_line_for_each_limit_above_zero(written: Path) -> None:
     run = Run.read(written.parent / "results.sqlite")
     points = work_problems(run)["pendulum_simple"]["default"]["points"]
-    found = drawn(work_precision(run.look, "time"), points, {"conditioning": 1e-12, "floor": 0.0})
+    found = draw(work_precision(run.look, "time"), points, {"conditioning": 1e-12, "floor": 0.0})
     assert found["datasets"]["limits"] == [{"limit": "conditioning", "at": -12.0}]
     marks = pd.DataFrame(found["datasets"]["points"])[["time", "error"]]
     np.testing.assert_allclose(marks.astype(float), points[["time", "error"]].astype(float), atol=1e-3)  # of a decade

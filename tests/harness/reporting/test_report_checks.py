@@ -7,7 +7,12 @@ from typing import Any
 
 import pytest
 from command_line import numbers_in
-from gnomon.harness.reporting.report_checks import certificate_rows, certified, certified_lines, computation_rows
+from gnomon.harness.reporting.report_checks import (
+    certificate_rows,
+    computation_rows,
+    list_certificates,
+    render_certificates,
+)
 
 
 def certificate(case: str, variant: str, digits: float, passed: bool = True) -> dict[str, Any]:
@@ -58,7 +63,7 @@ def test_certificates_that_were_made_without_git_have_no_revision(folders: tuple
 
 
 def test_the_summary_counts_and_names_what_is_not_confirmed(folders: tuple[Path, Path]) -> None:
-    lines = certified_lines(*folders)
+    lines = list_certificates(*folders)
     assert [numbers_in(line) for line in lines] == [["1", "1", "48.0"], ["1", "2", "20.5"], ["20.5"]]
     assert ["euler_top/flat" in line for line in lines] == [False, True, True]
 
@@ -70,7 +75,7 @@ def test_an_independent_computation_is_shown_by_its_worst_quantity_and_variant(f
 
 
 def test_the_page_never_rounds_digits_up_and_escapes(folders: tuple[Path, Path]) -> None:
-    page = certified(*folders)
+    page = render_certificates(*folders)
     # 49.96 digits are 49
     assert "taylor 49, residual 50" in page
     assert "moment_<wbr>equipollent" in page, "a long name may break"
@@ -78,12 +83,12 @@ def test_the_page_never_rounds_digits_up_and_escapes(folders: tuple[Path, Path])
 
 
 def test_without_measurements_there_are_no_lines(tmp_path: Path) -> None:
-    assert not certified(tmp_path, tmp_path).strip()
-    assert certified_lines(tmp_path, tmp_path) == []
+    assert not render_certificates(tmp_path, tmp_path).strip()
+    assert list_certificates(tmp_path, tmp_path) == []
 
 
 def test_a_certificate_that_fails_is_named_beside_the_count_of_those_confirmed(folders: tuple[Path, Path]) -> None:
-    default, hard, *_ = re.findall(r"<summary>(.*?)</summary>", certified(*folders), re.DOTALL)
+    default, hard, *_ = re.findall(r"<summary>(.*?)</summary>", render_certificates(*folders), re.DOTALL)
     assert numbers_in(default) == ["1", "1", "48.0"]
     assert numbers_in(hard) == ["1", "2", "1", "20.5"], "one of two, one not"
     assert "euler_top/flat" in hard

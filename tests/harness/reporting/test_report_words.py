@@ -16,8 +16,8 @@ from gnomon.harness.reporting.report_words import (
     hierarchy_rows,
     limits_text,
     machines_text,
-    made_text,
     open_text,
+    tell_origin,
     together,
     tolerances_text,
 )
@@ -40,11 +40,11 @@ def test_the_time_limit_of_a_trial_is_said() -> None:
 def test_the_page_says_which_code_measured_and_which_wrote_it() -> None:
     """It called the revision of the run that of the page, which later code may have written."""
     measured = [{"gnomon": "1.0", "revision": "aaaa"}, {"gnomon": "1.0", "revision": "bbbb"}]
-    first, second = made_text(measured, {"gnomon": "1.1", "revision": "cccc"}).split(";")
+    first, second = tell_origin(measured, {"gnomon": "1.1", "revision": "cccc"}).split(";")
     assert {"aaaa", "bbbb"} <= set(first.replace(",", " ").split())
     assert "cccc" in second
     assert "cccc" not in first
-    assert "no known revision" in made_text([{}], {"gnomon": "1.1"})
+    assert "no known revision" in tell_origin([{}], {"gnomon": "1.1"})
 
 
 def test_the_share_of_open_cells_is_counted_by_division() -> None:

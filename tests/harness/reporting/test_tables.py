@@ -12,7 +12,7 @@ from gnomon.harness.results.contenders import ALONE, ANSWERED, division
 from gnomon.harness.results.equal_error import TARGETS
 from gnomon.harness.results.separation import EQUAL as SAME
 from gnomon.harness.results.separation import FASTEST, SLOWER
-from gnomon.harness.results.summary import waited
+from gnomon.harness.results.summary import count_waits
 
 
 @pytest.mark.parametrize(
@@ -218,8 +218,8 @@ def test_shares_are_of_the_trials_that_could_run() -> None:
 
 
 def test_a_count_has_its_noun_in_the_right_number() -> None:
-    assert [number_text.counted(n, "case") for n in (0, 1, 2)] == ["0 cases", "1 case", "2 cases"]
-    assert [number_text.counted(n, "library") for n in (1, 5)] == ["1 library", "5 libraries"]
+    assert [number_text.count_text(n, "case") for n in (0, 1, 2)] == ["0 cases", "1 case", "2 cases"]
+    assert [number_text.count_text(n, "library") for n in (1, 5)] == ["1 library", "5 libraries"]
 
 
 def test_the_measurements_that_waited_for_a_processor_are_counted() -> None:
@@ -227,7 +227,9 @@ def test_the_measurements_that_waited_for_a_processor_are_counted() -> None:
     frame = pd.DataFrame({"seconds_median": [1.0, 1.0, 1.0], "delay_seconds": [0.0, 0.1, 0.2]})
     older = frame.assign(delay_seconds=[None, None, 0.2]).astype(float)
     known, unknown = (
-        numbers_in(number_text.waited_text(*waited(zip(each["seconds_median"], each["delay_seconds"], strict=True))))
+        numbers_in(
+            number_text.tell_waits(*count_waits(zip(each["seconds_median"], each["delay_seconds"], strict=True)))
+        )
         for each in (frame, older)
     )
     assert known[:2] == ["2", "3"]

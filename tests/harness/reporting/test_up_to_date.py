@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 from gnomon.harness.reporting import report, up_to_date
-from gnomon.harness.reporting.up_to_date import refreshed
+from gnomon.harness.reporting.up_to_date import refresh
 from gnomon.harness.results import schema
 
 
@@ -30,7 +30,7 @@ def written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[int]:
 
 def test_what_has_not_changed_is_not_written_again(written: list[int], synthetic_results: Path, tmp_path: Path) -> None:
     for _ in range(3):
-        assert refreshed(synthetic_results, tmp_path / "page", {}) == tmp_path / "page" / "index.html"
+        assert refresh(synthetic_results, tmp_path / "page", {}) == tmp_path / "page" / "index.html"
     assert len(written) == 1
 
 
@@ -61,21 +61,21 @@ def test_what_has_changed_is_written_again(
     written: list[int], synthetic_results: Path, tmp_path: Path, change: str
 ) -> None:
     page = tmp_path / "page"
-    refreshed(synthetic_results, page, {})
+    refresh(synthetic_results, page, {})
     CHANGES[change](synthetic_results, page)
-    refreshed(synthetic_results, page, {})
+    refresh(synthetic_results, page, {})
     assert len(written) == 2
 
 
 def test_other_sources_write_it_again(
     written: list[int], synthetic_results: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    refreshed(synthetic_results, tmp_path / "page", {})
+    refresh(synthetic_results, tmp_path / "page", {})
     edited = tmp_path / "edited.py"
     edited.write_text("new code")
     sources = [*up_to_date._sources(), edited]
     monkeypatch.setattr(up_to_date, "_sources", lambda: iter(sources))
-    refreshed(synthetic_results, tmp_path / "page", {})
+    refresh(synthetic_results, tmp_path / "page", {})
     assert len(written) == 2
     assert any(path.name == "report.html.j2" for path in sources)
     assert any(path.name == "kepler_orbit.py" for path in sources)

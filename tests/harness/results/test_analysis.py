@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 from gnomon.harness.results import analysis, equal_error, rankings, reading, summary
 from gnomon.harness.results.contenders import OWN
-from gnomon.harness.results.rankings import ranked
+from gnomon.harness.results.rankings import rank_methods
 from gnomon.harness.results.store import load
 from gnomon.harness.studies import model_hierarchy
 
@@ -70,23 +70,23 @@ def test_the_time_of_a_setting_beyond_round_off_is_ignored() -> None:
 
 def test_a_small_error_by_chance_is_credited_with_the_errors_of_tighter_settings() -> None:
     errors = [1e-2, 1e-9, 1e-4, 1e-5, 1e-6]
-    assert equal_error.credited(errors).tolist() == [1e-2, 1e-4, 1e-4, 1e-5, 1e-6]
+    assert equal_error.credit_errors(errors).tolist() == [1e-2, 1e-4, 1e-4, 1e-5, 1e-6]
     found, _ = equal_error.time_at(errors, [1.0, 2.0, 4.0, 8.0, 16.0], 1e-6)
     assert found == pytest.approx(16.0)
 
 
 def test_one_small_error_by_chance_does_not_cut_the_sweep() -> None:
-    assert equal_error.credited([1e-2, 1e-4, 1e-12, 1e-7, 1e-8]).tolist() == [1e-2, 1e-4, 1e-7, 1e-7, 1e-8]
+    assert equal_error.credit_errors([1e-2, 1e-4, 1e-12, 1e-7, 1e-8]).tolist() == [1e-2, 1e-4, 1e-7, 1e-7, 1e-8]
 
 
 def test_settings_beyond_round_off_are_left_out() -> None:
-    held = equal_error.credited([1e-4, 1e-8, 1e-12, 2e-12, 1e-10, 1e-9])
+    held = equal_error.credit_errors([1e-4, 1e-8, 1e-12, 2e-12, 1e-10, 1e-9])
     assert held.tolist() == [1e-4, 1e-8, 2e-12, 2e-12, math.inf, math.inf]
 
 
 def test_the_sweep_ends_where_errors_are_three_times_the_second_smallest() -> None:
-    assert equal_error.credited([1e-4, 1e-12, 2e-12, 7e-12]).tolist() == [1e-4, 2e-12, 2e-12, math.inf]
-    assert equal_error.credited([1e-4, 1e-12, 2e-12, 5e-12]).tolist() == [1e-4, 5e-12, 5e-12, 5e-12]
+    assert equal_error.credit_errors([1e-4, 1e-12, 2e-12, 7e-12]).tolist() == [1e-4, 2e-12, 2e-12, math.inf]
+    assert equal_error.credit_errors([1e-4, 1e-12, 2e-12, 5e-12]).tolist() == [1e-4, 5e-12, 5e-12, 5e-12]
 
 
 def test_equal_error_ignores_a_setting_that_diverged() -> None:
@@ -269,7 +269,7 @@ def test_why_nothing_ran_is_the_most_frequent_reason() -> None:
 
 def test_a_stored_run_is_read(synthetic_results: Path) -> None:
     frame = analysis.tidy(load(synthetic_results))
-    table = ranked(analysis.equal_error(frame), rankings.scatter(frame)[OWN])
+    table = rank_methods(analysis.equal_error(frame), rankings.scatter(frame)[OWN])
     assert (table["ratio"] >= 1).all()
     assert (table.groupby(["case", "variant", "target"])["ratio"].min() == 1).all()
     assert set(analysis.trust(analysis.settings(frame))["integrator_id"]) == set(frame["integrator_id"])
@@ -329,7 +329,7 @@ def test_a_measurement_that_waited_for_a_processor_is_counted() -> None:
     """On a file without delays, or a system that does not tell, nothing is known."""
     rows = _rows("one", [1e-2, 1e-4], [1.0, 1.0], delay_seconds=[0.0, 0.02, 0.03, math.nan])
     rows["seconds_median"] = 1.0
-    assert summary.waited(zip(rows["seconds_median"], rows["delay_seconds"], strict=True)) == (4, 1, 1)
+    assert summary.count_waits(zip(rows["seconds_median"], rows["delay_seconds"], strict=True)) == (4, 1, 1)
 
 
 LONGER = "default timing span x5"

@@ -36,7 +36,7 @@ def test_times_and_open_cells_are_those_of_the_page(results: Path) -> None:
         of = cells[(cells["division"] == division) & (cells["cell"] != contenders.ALONE)]
         assert (few, many) == ((of["cell"] == UNDECIDED).sum(), len(of)), division
     left = set(ranked.loc[ranked["cell"] == UNDECIDED, "case"])
-    assert {case for case, *_ in contenders.undecided(found, scatter)} <= left
+    assert {case for case, *_ in contenders.find_undecided(found, scatter)} <= left
 
 
 def cell(times: dict[str, list[float]], settings: tuple[float, ...] = (1e-6, 1e-7)) -> list[Time]:
@@ -58,7 +58,7 @@ def cell(times: dict[str, list[float]], settings: tuple[float, ...] = (1e-6, 1e-
     ],
 )
 def test_further_launches_are_of_the_series_beside_the_fastest(times: dict[str, list[float]], names: set[str]) -> None:
-    found = contenders.undecided(cell(times), SCATTERS)
+    found = contenders.find_undecided(cell(times), SCATTERS)
     assert {name for *_, name in found} == names
     assert all(settings == {1e-6, 1e-7} for settings in found.values())
 

@@ -49,7 +49,7 @@ def constant(case: str, name: str, seconds: float, error: float = 1e-7, **more: 
 
 def measurements(rows: Sequence[Row], kind: str = SMOOTH) -> Measurements:
     frame = pd.DataFrame(rows)
-    equal = rankings.ranked(analysis.equal_error(frame), UNMEASURED)
+    equal = rankings.rank_methods(analysis.equal_error(frame), UNMEASURED)
     return Measurements(equal, frame, dict.fromkeys(frame["case"], kind))
 
 

@@ -273,7 +273,7 @@ def test_the_published_order_is_of_the_catalogue(tmp_path: Path) -> None:
         name, _, policy = name.partition(" [")
         integrators.append((library, name, policy.rstrip("]"), 8, "tolerance", cost, ""))
     path = synthetic.write(tmp_path / "run.sqlite", {name: (name, "1", 2, ("default",)) for name in names}, integrators)
-    found = outside.published_order(outside.measurements(path))
+    found = outside.find_published_order(outside.measurements(path))
     assert {(pair.faster, pair.slower) for pair in found} == {("heyoka", "scipy"), ("sksundae", "scipy")}
     assert {"position", "smooth", "accurate"} <= {pair.need for pair in found}
     assert all(pair.ratio > 20 for pair in found)

@@ -32,9 +32,9 @@ def test_times_count_on_the_machine_of_the_last_publication_alone_and_errors_on_
 
 def test_names_may_be_patterns_and_an_unknown_one_is_told_with_the_nearest() -> None:
     entries = [entry("a", **{"digits_of_gnomon:RK4 [events]": 1, "digits_of_scipy:RK45": 2})]
-    assert publications.chosen(entries, ["digits/*[events]"]) == ["digits/gnomon:RK4 [events]"]
+    assert publications.choose(entries, ["digits/*[events]"]) == ["digits/gnomon:RK4 [events]"]
     with pytest.raises(ValueError, match=r"'digits/scipy:RK4'.*digits/scipy:RK45"):
-        publications.chosen(entries, ["digits/scipy:RK4"])
+        publications.choose(entries, ["digits/scipy:RK4"])
 
 
 @pytest.mark.parametrize(

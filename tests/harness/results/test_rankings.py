@@ -12,8 +12,8 @@ import pytest
 import synthetic
 from gnomon.harness.results import analysis, contenders, rankings, store
 from gnomon.harness.results.contenders import ALONE, ANSWERED, UNDECIDED
-from gnomon.harness.results.equal_error import reached
-from gnomon.harness.results.rankings import ranked, solved
+from gnomon.harness.results.equal_error import find_reached
+from gnomon.harness.results.rankings import find_solved, rank_methods
 from gnomon.harness.results.separation import EQUAL, FASTEST, OPEN, SLOWER, UNMEASURED
 from launches import KNOWN, SCATTER
 
@@ -79,7 +79,7 @@ def _time(sizes: list[float], times: list[float], target: float) -> float:
 
 def test_times_and_ratios_are_those_that_other_code_finds_in_the_exported_rows(results: Path, tmp_path: Path) -> None:
     frame = analysis.tidy(store.load(results))
-    equal = ranked(analysis.equal_error(frame), rankings.scatter(frame)[contenders.OWN])
+    equal = rank_methods(analysis.equal_error(frame), rankings.scatter(frame)[contenders.OWN])
     rows = exported(results, tmp_path)
     for target in TARGETS:
         base = independent_times(rows, target)
@@ -114,10 +114,10 @@ def test_evaluations_are_counted_in_the_first_launch_alone() -> None:
         for launch in (1, 2, 3)
         for error, seconds, calls in ((1e-3, 1.0, 10), (1e-5, 9.0, 90))
     ]
-    at = {one.target: one.calls for one in reached(rows, (1e-2, 1e-4, 1e-5, 1e-6))}
+    at = {one.target: one.calls for one in find_reached(rows, (1e-2, 1e-4, 1e-5, 1e-6))}
     assert at == pytest.approx({1e-2: 10, 1e-4: 30, 1e-5: 90})
     without = [row | {"rhs_calls": None} for row in rows]
-    assert all(math.isnan(one.calls) for one in reached(without, (1e-4,)))
+    assert all(math.isnan(one.calls) for one in find_reached(without, (1e-4,)))
 
 
 @pytest.mark.parametrize("seed", range(8))
@@ -130,11 +130,11 @@ def test_a_launch_of_the_settings_on_which_a_time_rests_counts(seed: int) -> Non
         | {"seconds_median": seconds, "rhs_calls": k}
         for k, seconds in enumerate(times, 2)
     ]
-    for one in reached(first, (1e-3, 1e-6, 1e-9)):
+    for one in find_reached(first, (1e-3, 1e-6, 1e-9)):
         again = [row | {"launch": 2, "seconds_median": 1.21 * row["seconds_median"]} for row in first]
         beside = [row for row in again if row["setting"] in one.settings]
         rows = sorted([*first, *beside], key=lambda row: -row["setting"])
-        (both,) = reached(rows, (one.target,))
+        (both,) = find_reached(rows, (one.target,))
         assert both.settings == one.settings
         assert [*both.times] == [(1, 1), (1, 2)]
         assert both.seconds == pytest.approx(1.1 * one.seconds)
@@ -154,9 +154,9 @@ def test_a_launch_that_waited_for_a_processor_counts_only_if_all_did() -> None:
         | {"rhs_calls": 9, "delay_seconds": delay}
         for launch, seconds, delay in ((1, 2.0, 0.9), (2, 1.0, 0.0), (3, 1.1, 0.01))
     ]
-    (quiet,) = reached(rows, (1e-3,))
+    (quiet,) = find_reached(rows, (1e-3,))
     assert quiet.times == {(1, 2): 1.0, (1, 3): 1.1}
-    (busy,) = reached(rows[:1], (1e-3,))
+    (busy,) = find_reached(rows[:1], (1e-3,))
     assert busy.times == {(1, 1): 2.0}
 
 
@@ -182,7 +182,7 @@ def test_every_row_has_a_factor_an_interval_and_one_state() -> None:
     """A hundred cells; in each, two are identical, one takes 1.5 times as long, and one 50 times."""
     rng = np.random.default_rng(3)
     factors = {"a:one": 1.0, "a:same": 1.0, "b:near": 1.5, "b:far": 50.0}
-    rows = ranked(cells({f"case {k}": drawn(rng, factors) for k in range(100)}), KNOWN)
+    rows = rank_methods(cells({f"case {k}": drawn(rng, factors) for k in range(100)}), KNOWN)
     assert set(rows["state"]) <= {FASTEST, SLOWER, EQUAL, OPEN}
     assert (rows[rows["state"] == FASTEST].groupby("case").size() == 1).all()
     assert (rows["low"] <= rows["ratio"]).all()
@@ -196,7 +196,7 @@ def test_every_row_has_a_factor_an_interval_and_one_state() -> None:
 def test_a_cell_is_answered_by_one_launch_where_the_scatter_allows_it() -> None:
     """Nine times as slow is slower in one launch; 1.12 times is, if launches scatter by 3 %, and open if by an assumed 10 %."""
     times = {"far": {"x:a": [1.0], "x:b": [9.0]}, "near": {"x:a": [1.0], "x:b": [1.12]}, "alone": {"x:a": [1.0, 1.0]}}
-    known, assumed = ranked(cells(times), KNOWN), ranked(cells(times), UNMEASURED)
+    known, assumed = rank_methods(cells(times), KNOWN), rank_methods(cells(times), UNMEASURED)
     kinds = [rows.groupby("case")["cell"].first().to_dict() for rows in (known, assumed)]
     assert kinds[0] == {"far": ANSWERED, "near": ANSWERED, "alone": ALONE}
     assert kinds[1] == {"far": ANSWERED, "near": UNDECIDED, "alone": ALONE}
@@ -207,7 +207,7 @@ def test_a_cell_is_answered_by_one_launch_where_the_scatter_allows_it() -> None:
 def test_a_pair_that_is_open_far_behind_leaves_the_cell_answered() -> None:
     """Whether the second takes 1.6 or 1.9 times as long is no question of who is fastest."""
     rough = {"x:a": [1.0, 1.0, 1.0], "x:b": [0.9, 1.8, 3.6]}
-    rows = ranked(cells({"c": rough}), UNMEASURED).set_index("integrator_id")
+    rows = rank_methods(cells({"c": rough}), UNMEASURED).set_index("integrator_id")
     assert rows.loc["x:b", "ratio"] > 1.5
     assert rows.loc["x:b", "state"] == OPEN
     assert set(rows["cell"]) == {ANSWERED}
@@ -224,7 +224,7 @@ def mixed(cases: int = 40) -> pd.DataFrame:
     return table.assign(calls=100.0 * table["integrator_id"].map(factors))
 
 
-@pytest.mark.parametrize("rank", [ranked, rankings.counted])
+@pytest.mark.parametrize("rank", [rank_methods, rankings.rank_by_counts])
 @pytest.mark.parametrize("others", [["gnomon"], ["mine"], ["gnomon", "mine"]])
 def test_third_parties_are_ranked_as_if_nothing_else_had_run(rank: Any, others: list[str]) -> None:
     """gnomon publishes the page: what it adds to a run must not change how others stand, not even by one rate for all."""
@@ -295,7 +295,7 @@ def test_counts_are_compared_without_a_test_and_equal_within_a_tenth() -> None:
     """A count is the same in every launch; between settings it is interpolated, so that a few per cent decide nothing."""
     one = cells({"c": {f"scipy:{k}": [1.0] for k in "abcd"} | {"gnomon:e": [1.0], "gnomon:f": [1.0]}})
     table = one.assign(calls=[100.0, 109.0, 112.0, math.nan, 50.0, 95.0])
-    found = rankings.divisions(table, SCATTERS, rankings.counted).set_index("integrator_id")
+    found = rankings.divisions(table, SCATTERS, rankings.rank_by_counts).set_index("integrator_id")
     assert "scipy:d" not in found.index, "it was not counted"
     assert found["state"].to_dict() == {
         "scipy:a": FASTEST, "scipy:b": EQUAL, "scipy:c": SLOWER, "gnomon:e": FASTEST, "gnomon:f": SLOWER,
@@ -303,7 +303,7 @@ def test_counts_are_compared_without_a_test_and_equal_within_a_tenth() -> None:
     assert found.loc["scipy:a", ["ratio", "cell"]].tolist() == [1.0, ANSWERED]
     assert found.loc[["gnomon:e", "gnomon:f"], "against"].tolist() == [0.5, 0.95]
     assert found.loc[["gnomon:e", "gnomon:f"], "against_state"].tolist() == [FASTEST, EQUAL]
-    alone = rankings.counted(table.iloc[:1])
+    alone = rankings.rank_by_counts(table.iloc[:1])
     assert alone["cell"].tolist() == [ALONE]
 
 
@@ -321,9 +321,9 @@ def test_a_hard_variant_is_solved_by_an_error_and_not_by_a_word() -> None:
     than another, 1000 times the conditioning counts."""
     rough = variant("rough", ("ok", 0.09), ("ok", 2e-6))
     fine = variant("fine", ("inaccurate", 0.2), ("ok", 9e-7))
-    assert solved(pd.concat([rough, fine])).iloc[0].to_dict() == {"rough": 0.0, "fine": 1.0}
+    assert find_solved(pd.concat([rough, fine])).iloc[0].to_dict() == {"rough": 0.0, "fine": 1.0}
     hard = pd.concat([rough, fine]).assign(conditioning=2e-9)
-    assert solved(hard).iloc[0].to_dict() == {"rough": 1.0, "fine": 1.0}
+    assert find_solved(hard).iloc[0].to_dict() == {"rough": 1.0, "fine": 1.0}
 
 
 @pytest.mark.parametrize(
@@ -337,12 +337,12 @@ def test_a_hard_variant_is_solved_by_an_error_and_not_by_a_word() -> None:
     ],
 )
 def test_what_was_left_out_is_no_failure(settings: list[tuple[str, float]], right: float) -> None:
-    found = solved(pd.concat([variant("x", *settings), variant("other", ("ok", 1e-9))]))
+    found = find_solved(pd.concat([variant("x", *settings), variant("other", ("ok", 1e-9))]))
     assert found["x"].iloc[0] == pytest.approx(right, nan_ok=True)
 
 
 @pytest.mark.parametrize("status", ["unsupported", "not_installed"])
 def test_what_cannot_run_is_not_known(status: str) -> None:
-    found = solved(pd.concat([variant("x", (status, math.nan)), variant("other", ("ok", 1e-9))]))
+    found = find_solved(pd.concat([variant("x", (status, math.nan)), variant("other", ("ok", 1e-9))]))
     assert "x" not in found
     assert found["other"].tolist() == [1.0]

@@ -24,7 +24,7 @@ def test_parts_are_consecutive_and_differ_from_the_mean_by_at_most_the_largest_i
     seconds: list[float], parts: int
 ) -> None:
     """No division into whole items is better by more than the largest item, and series of one case stay together."""
-    found = cost.divided(range(len(seconds)), seconds, parts)
+    found = cost.divide(range(len(seconds)), seconds, parts)
     assert [item for part in found for item in part] == list(range(len(seconds)))
     assert len(found) == parts
     mean = sum(seconds) / parts
@@ -36,8 +36,8 @@ def test_parts_are_consecutive_and_differ_from_the_mean_by_at_most_the_largest_i
 def test_every_series_is_in_exactly_one_shard(series: list[plan.Series], count: int) -> None:
     shards = [cost.shard(series, replace(SUITE, shard=(k, count))) for k in range(1, count + 1)]
     assert Counter(one.id for part in shards for one in part) == Counter(one.id for one in series)
-    seconds = [sum(cost.predicted_seconds(one, SUITE) for one in part) for part in shards]
-    largest = max(cost.predicted_seconds(one, SUITE) for one in series)
+    seconds = [sum(cost.predict_seconds(one, SUITE) for one in part) for part in shards]
+    largest = max(cost.predict_seconds(one, SUITE) for one in series)
     assert max(seconds) - min(seconds) <= 2 * largest * cost.PIECES  # each part is within the largest of the mean
     assert min(seconds) > 0
 
@@ -52,7 +52,7 @@ def test_shards_do_not_depend_on_the_order_of_options(series: list[plan.Series])
 
 def test_more_launches_cost_more(series: list[plan.Series]) -> None:
     (one,) = (each for each in series if each.id == "pendulum_simple/default | standard | gnomon:RK4")
-    once, often = (cost.predicted_seconds(one, replace(SUITE, launches=n)) for n in (1, 5))
+    once, often = (cost.predict_seconds(one, replace(SUITE, launches=n)) for n in (1, 5))
     assert often - once == pytest.approx(4 * cost.COSTS["short"]["gnomon"])
 
 

@@ -9,7 +9,7 @@ import pytest
 from command_line import gnomon
 from gnomon.harness.commands.run_table import MOST_SERIES, run_table, shortcomings
 from gnomon.harness.registry import selection
-from gnomon.harness.registry.lookup import own, users_own
+from gnomon.harness.registry.lookup import is_users_own, own
 from gnomon.harness.results import reading, store
 from gnomon.harness.results.number_text import error_text
 from gnomon.harness.running import first_trials, plan
@@ -41,8 +41,8 @@ def test_only_an_integrator_that_crashes_at_both_settings_is_named_with_its_trac
 
 
 def test_the_integrators_of_gnomon_have_no_first_trial() -> None:
-    assert not any(users_own(integrator) for integrator in own().values())
-    assert users_own(planted.Sound())
+    assert not any(is_users_own(integrator) for integrator in own().values())
+    assert is_users_own(planted.Sound())
 
 
 def test_a_run_of_code_that_raises_stops_with_the_traceback(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:

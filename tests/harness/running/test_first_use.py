@@ -64,7 +64,9 @@ def test_waits_for_a_processor_are_not_in_it(monkeypatch: pytest.MonkeyPatch) ->
     clock = iter([0, 100 * 10**9])
     monkeypatch.setattr(first_use, "perf_counter_ns", lambda: next(clock))
     monkeypatch.setattr(first_use, "run_delays", lambda: {str(os.getpid()): next(readings), "another": 7})
-    assert first_use.measured(references.reference(planted.Sound()), SHORT, 0.08437502384185791) == pytest.approx(10.0)
+    assert first_use.measure_first_use(
+        references.reference(planted.Sound()), SHORT, 0.08437502384185791
+    ) == pytest.approx(10.0)
 
 
 def test_what_fails_in_a_new_process_has_no_time(tmp_path: Path) -> None:

@@ -19,7 +19,7 @@ from gnomon.harness.adapters.engines.scene_run import SceneIntegrator
 from gnomon.harness.adapters.libraries import LIBRARIES
 from gnomon.harness.contract.integrator import Steps, Tolerance
 from gnomon.harness.contract.problem import problem_of
-from gnomon.harness.measuring.perturbed_starts import perturbed_states, probe_state
+from gnomon.harness.measuring.perturbed_starts import perturb_start, probe_state
 from gnomon.harness.measuring.reference_solution import CaseSpec, reference_solution
 from gnomon.harness.measuring.score import Scorer
 from gnomon.harness.measuring.settings import FEWEST, sweep_settings
@@ -245,7 +245,7 @@ def test_perturbed_states_are_distinct_near_and_in_the_domain(name: str) -> None
     case = cases.get(name).rounded()
     sizes = reference_solution(CaseSpec.of(case)).sizes
     state = np.array([float(x) for x in case.initial_state])
-    found = list(itertools.islice(perturbed_states(case, None, sizes), 100))
+    found = list(itertools.islice(perturb_start(case, None, sizes), 100))
     assert len({x.tobytes() for x in found} | {state.tobytes()}) == 101
     unit = np.spacing(np.maximum(np.abs(state), 1e-3 * sizes))
     # one ulp for the nearest; four where a rule relates components, which are then perturbed together by 2^-51 of their
@@ -270,7 +270,7 @@ def test_few_states_are_tried_where_rules_fix_components(name: str, monkeypatch:
 
     monkeypatch.setattr(Domain, "admits", counting)
     case = cases.get(name).rounded()
-    found = list(itertools.islice(perturbed_states(case, None, np.ones(len(case.state))), 500))
+    found = list(itertools.islice(perturb_start(case, None, np.ones(len(case.state))), 500))
     assert len(found) == 500
     assert looked < 3000
 
@@ -286,7 +286,7 @@ def test_at_the_edge_of_a_formulation_the_encoded_state_is_perturbed() -> None:
     """In arc length the neighbours of the cusp round to the cusp."""
     case = cases.get("cycloidal_pendulum", "cusp_to_cusp").rounded()
     (formulation,) = case.formulations
-    found = list(itertools.islice(perturbed_states(case, formulation, np.ones(2)), 10))
+    found = list(itertools.islice(perturb_start(case, formulation, np.ones(2)), 10))
     arcs = [float(arc) for arc, _ in found]
     assert len(set(arcs)) == 10
     assert all(1 - 10 * 2**-52 <= arc < 1 for arc in arcs)
@@ -300,7 +300,7 @@ def test_the_sweep_of_an_integrator_with_steps_starts_below_its_coarsest() -> No
 def test_the_quick_suite_has_a_method_of_every_library_and_several_for_each_of_its_cases() -> None:
     integrators = lookup.find_all(plan.SUITES["quick"].integrators)
     assert {one.id for one in integrators} == set(plan.SUITES["quick"].integrators)
-    everywhere = (lookup.general() | lookup.registered()).values()
+    everywhere = (lookup.general() | lookup.list_registered()).values()
     assert {one.library for one in integrators} == {one.library for one in everywhere}
     for name in plan.SUITES["quick"].cases:
         able = [one for one in plan.pairs([(cases.get(name), "")], integrators, False) if one.form is not None]

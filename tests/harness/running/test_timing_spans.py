@@ -11,7 +11,7 @@ from gnomon.harness.results.reading import APART
 from gnomon.harness.results.store import export, load
 from gnomon.harness.running import plan
 from gnomon.harness.running.planned_run import run
-from gnomon.harness.running.timing_spans import LEAST, ended, suffices
+from gnomon.harness.running.timing_spans import LEAST, has_ended, suffices
 from waiting import LONG_SECONDS
 
 from gnomon import cases
@@ -95,9 +95,9 @@ def test_a_motion_that_settles_has_ended() -> None:
     """On the default span the oscillator still moves by more than the smallest error of the report; its e-folding time is a
     sixteenth of 32 spans, or less."""
     oscillator = cases.get("damped_oscillator")
-    assert not ended(oscillator.rounded())
-    assert ended(plan.lengthened(oscillator, 32)[0])
-    assert not ended(plan.lengthened(cases.get("pendulum_simple"), 32)[0])
+    assert not has_ended(oscillator.rounded())
+    assert has_ended(plan.lengthen(oscillator, 32)[0])
+    assert not has_ended(plan.lengthen(cases.get("pendulum_simple"), 32)[0])
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ from gnomon.cases import get
 from gnomon.harness.contract.integrator import Solution, Solver
 from gnomon.harness.contract.validation import Unusable
 from gnomon.harness.measuring import prepared
-from gnomon.harness.measuring.perturbed_starts import perturbed_states
+from gnomon.harness.measuring.perturbed_starts import perturb_start
 from gnomon.harness.measuring.prepared import Prepared
 from gnomon.harness.results.values import DELAYED
 from gnomon.harness.running import worker
@@ -264,8 +264,8 @@ def test_counting_runs_start_from_the_state_of_their_setting(monkeypatch: pytest
 def test_counting_runs_start_where_no_timed_call_does() -> None:
     case = get("pendulum_simple").rounded()
     sizes = np.ones(2)
-    near = {state.tobytes() for state in itertools.islice(perturbed_states(case, None, sizes), 1000)}
-    far = {state.tobytes() for state in itertools.islice(perturbed_states(case, None, sizes, worker.COUNTING_ULPS), 20)}
+    near = {state.tobytes() for state in itertools.islice(perturb_start(case, None, sizes), 1000)}
+    far = {state.tobytes() for state in itertools.islice(perturb_start(case, None, sizes, worker.COUNTING_ULPS), 20)}
     assert len(far) == 20
     assert not near & far
 
@@ -299,7 +299,7 @@ def test_a_call_that_returns_the_start_did_nothing_whatever_it_counts_unless_the
 ) -> None:
     call = SimpleNamespace(solution=SimpleNamespace(steps=steps), states=np.tile(START + change, (64, 1)))
     task = SimpleNamespace(start=START, moves=moves)
-    assert worker._did_nothing(call, task, rhs_calls) is nothing_done  # type: ignore[arg-type]
+    assert worker._has_done_nothing(call, task, rhs_calls) is nothing_done  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(("compiling", "made"), [(0, 1), (1, 2), (2, 3), (9, 3)])

@@ -17,7 +17,7 @@ from gnomon.cases import Case, get, names
 from gnomon.cases.core.scene import Scene, Vector
 from gnomon.cases.scenes.attitude import matrix
 from gnomon.harness.scene_files.tree import Link, Tree, tree_of
-from gnomon.harness.scene_files.written import Written, unstated, write
+from gnomon.harness.scene_files.written import Written, list_unstated, write
 
 CONTACT = {"rigid_impact", "coulomb_isotropic"}
 SOME = ["pendulum_simple", "double_pendulum", "euler_top", "projectile_parabola", "lagrange_top", "pendulum_on_cart"]
@@ -30,7 +30,9 @@ NEEDS = {name: each.needs for name in names() if (each := get(name).scene) is no
 
 
 def stated(form: str, smooth: bool = False) -> list[str]:
-    return [name for name, needs in NEEDS.items() if not unstated(needs, form) and not (smooth and needs & CONTACT)]
+    return [
+        name for name, needs in NEEDS.items() if not list_unstated(needs, form) and not (smooth and needs & CONTACT)
+    ]
 
 
 def some(form: str) -> list[str]:

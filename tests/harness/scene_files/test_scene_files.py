@@ -18,7 +18,7 @@ from command_line import gnomon
 from gnomon.cases import get, names
 from gnomon.cases.core.scene import TOKENS
 from gnomon.harness.scene_files.tree import LEAST, STATED, Link, tree_of
-from gnomon.harness.scene_files.written import FORMATS, unstated, write
+from gnomon.harness.scene_files.written import FORMATS, list_unstated, write
 from gnomon.harness.scene_files.xml import number
 from on_cases import exact_states
 
@@ -80,7 +80,7 @@ def test_a_point_mass_on_a_hinge_that_moves_says_that_it_is_not_exact() -> None:
 def test_a_scene_that_a_format_cannot_state_is_refused(form: str, tmp_path: Path) -> None:
     """Also forces, guides, ropes, torques and blows are in no file: a scene with one has a token that is refused."""
     assert set(TOKENS) >= STATED
-    able = [name for name, needs in SCENES.items() if not unstated(needs, form)]
+    able = [name for name, needs in SCENES.items() if not list_unstated(needs, form)]
     assert 0 < len(able) < len(SCENES)
     for name in able:
         case = get(name).rounded()
@@ -92,7 +92,7 @@ def test_a_scene_that_a_format_cannot_state_is_refused(form: str, tmp_path: Path
         assert not any(any(contact.velocity) or contact.adhesive for contact in scene.contacts), name
         assert FORMATS[form].text(tree_of(case))
     for name in SCENES.keys() - able:
-        with pytest.raises(ValueError, match=unstated(SCENES[name], form)[0]):
+        with pytest.raises(ValueError, match=list_unstated(SCENES[name], form)[0]):
             write(get(name), form, tmp_path)
     assert not list(tmp_path.iterdir())
 
@@ -107,9 +107,9 @@ def test_a_law_that_the_tokens_do_not_name_is_not_left_out(tmp_path: Path, monke
 
 
 def test_urdf_refuses_a_ball_joint_and_two_free_bodies() -> None:
-    assert unstated(SCENES["lagrange_top"], "urdf") == ["ball_joint"]
-    assert unstated(SCENES["newtons_cradle"], "urdf") == ["body_contact"]
-    assert not unstated(SCENES["lagrange_top"], "sdf")
+    assert list_unstated(SCENES["lagrange_top"], "urdf") == ["ball_joint"]
+    assert list_unstated(SCENES["newtons_cradle"], "urdf") == ["body_contact"]
+    assert not list_unstated(SCENES["lagrange_top"], "sdf")
 
 
 @pytest.mark.parametrize("name", ["lagrange_top", "bouncing_ball", "double_pendulum", "projectile_parabola"])
@@ -190,7 +190,7 @@ def test_the_list_has_every_scene_with_what_keeps_it_out(capfd: pytest.CaptureFi
     assert gnomon("scene", "--list", "--format", "urdf") == 0
     lines = {words[0]: words[1:] for line in capfd.readouterr().out.splitlines() if (words := line.split())}
     for name, needs in SCENES.items():
-        assert " ".join(lines[name]) == ", ".join(unstated(needs, "urdf"))
+        assert " ".join(lines[name]) == ", ".join(list_unstated(needs, "urdf"))
 
 
 def test_the_example_of_the_documentation_needs_no_gnomon(tmp_path: Path) -> None:

@@ -10,14 +10,14 @@ from changed_methods import changed
 from gnomon.harness.contract import validation
 from gnomon.harness.contract.integrator import Integrator, Refused
 from gnomon.harness.registry.lookup import find_one
-from gnomon.harness.stability.digits import calls_at, digits, hard_variants, horizon, levels_off, lost
+from gnomon.harness.stability.digits import calls_at, count_lost, digits, hard_variants, horizon, levels_off
 from gnomon.harness.stability.subjects import trials_of
 
 HARD = ("pendulum_simple", "rotation")
 
 
 def row(integrator: Integrator, seconds: float = 60.0) -> dict[str, Any]:
-    return lost(trials_of(integrator, *HARD), seconds)
+    return count_lost(trials_of(integrator, *HARD), seconds)
 
 
 def planted(**change: Callable[..., Any]) -> Integrator:
@@ -159,7 +159,8 @@ def test_digits_are_claimed_from_five_cases_on_and_where_sweeps_level_off(rows: 
 def test_a_solution_without_any_error_loses_no_digit() -> None:
     """A block that holds: its error is zero, which has no logarithm."""
     assert (
-        lost(trials_of(find_one("gnomon:Moreau [time stepping]"), "block_incline_friction", "holds"), 5.0)["lost"] >= 0
+        count_lost(trials_of(find_one("gnomon:Moreau [time stepping]"), "block_incline_friction", "holds"), 5.0)["lost"]
+        >= 0
     )
 
 

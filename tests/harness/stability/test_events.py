@@ -8,7 +8,7 @@ import right_methods
 from gnomon.cases.core.forms import Hybrid, Mode
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solution, Solver, Steps
 from gnomon.harness.registry.lookup import find_one
-from gnomon.harness.stability.events import GAPS, PASSAGES, events, passed, settings_of, share
+from gnomon.harness.stability.events import GAPS, PASSAGES, events, measure_passage, settings_of, share
 
 BY_NAME = {passage.name: passage for passage in PASSAGES}
 SECONDS = 0.05
@@ -100,10 +100,10 @@ def planted(fault: str) -> Integrator:
 def test_each_planted_fault_is_seen_on_its_passage_and_the_right_method_passes_it(
     fault: str, passage: str, size: float, wrong: str
 ) -> None:
-    right = passed(planted(""), BY_NAME[passage], size, 1 / 4, 0.0)
+    right = measure_passage(planted(""), BY_NAME[passage], size, 1 / 4, 0.0)
     assert (right["missed"], right["extra"]) == (0, 0)
     assert right["found"] == right["starts"]
-    seen = passed(planted(fault), BY_NAME[passage], size, 1 / 4, 0.0)
+    seen = measure_passage(planted(fault), BY_NAME[passage], size, 1 / 4, 0.0)
     assert seen[wrong] > 0
 
 
@@ -113,7 +113,7 @@ def test_in_house_methods_find_every_event_deeper_than_their_error_and_invent_no
     integrator = find_one(name)
     setting = settings_of(integrator)[1]
     for passage in PASSAGES:
-        rows = [passed(integrator, passage, size, setting, SECONDS) for size in passage.sizes]
+        rows = [measure_passage(integrator, passage, size, setting, SECONDS) for size in passage.sizes]
         assert all(row["found"] == row["starts"] and not row["extra"] for row in rows)
 
 
@@ -121,9 +121,9 @@ def test_interpolants_of_long_steps_miss_grazing_events() -> None:
     """The fifth-order pair solves the parabola of free fall without an error: steps of a quarter of the time scale, the
     longest that its adapter allows, pass over a shallow grazing, not over a deep one."""
     integrator = find_one("scipy:RK45 [events]")
-    fall = [passed(integrator, BY_NAME["grazing_fall"], depth, 1e-4, 0.0) for depth in (1e-1, 1e-6)]
+    fall = [measure_passage(integrator, BY_NAME["grazing_fall"], depth, 1e-4, 0.0) for depth in (1e-1, 1e-6)]
     assert fall[0]["found"] > fall[1]["found"] == 0
-    swing = passed(integrator, BY_NAME["grazing_oscillator"], 1e-3, 1e-4, 0.0)
+    swing = measure_passage(integrator, BY_NAME["grazing_oscillator"], 1e-3, 1e-4, 0.0)
     assert swing["found"] < swing["starts"] / 2
 
 

@@ -39,7 +39,9 @@ def test_no_panel_recommends_a_method_that_solves_nothing(
 ) -> None:
     monkeypatch.setitem(panel_run.DEPTHS, "normal", 0.02)
     monkeypatch.setattr(panel_run, "LONGEST", 1e5)
-    rows = panel_run.measured([integrator], ["linear", "stiffness", "resonance", "tolerance", "long_time", "digits"])
+    rows = panel_run.measure_panels(
+        [integrator], ["linear", "stiffness", "resonance", "tolerance", "long_time", "digits"]
+    )
     for row in rows:
         assert "process ended" not in (row.reason or "")
         kept = [text for text in row.sentences if text.startswith("Use")]

@@ -18,12 +18,12 @@ from gnomon.harness.stability.long_time import (
     STEP,
     ULP,
     brouwer,
-    grown,
+    fit_growth,
     invariant,
+    is_truncation,
     long_time,
     oscillator,
     run,
-    truncated,
 )
 from gnomon.harness.studies.growth import Subject
 
@@ -180,12 +180,12 @@ def series(kind: str) -> Floats:
 
 @pytest.mark.parametrize("kind", ["bounded", "t", "t^2", "lost"])
 def test_the_class_of_a_known_series(kind: str) -> None:
-    assert grown(TIMES, series(kind))["class"] == kind
+    assert fit_growth(TIMES, series(kind))["class"] == kind
 
 
 @pytest.mark.parametrize(("kind", "power"), [("sqrt t", 0.5), ("t^1.5", 1.5)])
 def test_the_interval_of_a_random_walk_holds_its_power(kind: str, power: float) -> None:
-    found = grown(TIMES, series(kind))
+    found = fit_growth(TIMES, series(kind))
     assert found["low"] < power < found["high"]
     assert found["high"] - found["low"] < 0.5
 
@@ -273,7 +273,7 @@ def test_the_bias_of_stormer_12_is_truncation_by_its_principal_root() -> None:
 def test_a_bias_of_rounding_is_not_called_truncation() -> None:
     found = oscillator(made(chopped), 0.02, 8)
     assert found["half_step"] is not None
-    assert not truncated(found)
+    assert not is_truncation(found)
 
 
 def test_the_energy_of_a_multistep_method_changes_as_its_principal_root() -> None:

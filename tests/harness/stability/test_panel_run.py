@@ -33,7 +33,7 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_a_crash_is_a_row_and_the_next_panel_is_measured(quick: None) -> None:
     broken = from_step(dies, name="dies", order=1, sweep=Steps(0.25, 4))
-    rows = panel_run.measured([broken, lookup.own()["gnomon:RK4"]])
+    rows = panel_run.measure_panels([broken, lookup.own()["gnomon:RK4"]])
     assert [(row.integrator, row.panel) for row in rows] == [
         ("mine:dies", "linear"), ("gnomon:RK4", "linear"), ("mine:dies", "resonance"), ("gnomon:RK4", "resonance")
     ]  # fmt: skip
@@ -45,7 +45,7 @@ def test_a_crash_is_a_row_and_the_next_panel_is_measured(quick: None) -> None:
 def test_a_hang_ends_at_the_limit(quick: None, monkeypatch: pytest.MonkeyPatch) -> None:
     """Of processor time, or by the clock where the machine gives it little."""
     monkeypatch.setattr(panel_run, "LONGEST", 0.2)
-    (row,) = panel_run.measured([planted_methods.hanging], ["linear"])
+    (row,) = panel_run.measure_panels([planted_methods.hanging], ["linear"])
     assert row.reason in ("refused: no answer within 0.4 s of processor time", "refused: no answer within 4 s")
 
 
@@ -53,19 +53,19 @@ def test_a_library_that_is_missing_is_named(quick: None, monkeypatch: pytest.Mon
     monkeypatch.setattr(
         panel_run.lookup, "missing", lambda integrator: "heyoka is not installed: pip install 'gnomon[peers]'"
     )
-    rows = panel_run.measured([lookup.own()["gnomon:RK4"]])
+    rows = panel_run.measure_panels([lookup.own()["gnomon:RK4"]])
     assert {row.reason for row in rows} == {"refused: heyoka is not installed: pip install 'gnomon[peers]'"}
 
 
 def test_wrong_names_are_refused_with_the_nearest() -> None:
     with pytest.raises(ValueError, match="no panel is called 'linaer'; did you mean linear"):
-        panel_run.measured([planted_methods.good_rk4], ["linaer"])
+        panel_run.measure_panels([planted_methods.good_rk4], ["linaer"])
     with pytest.raises(ValueError, match="no depth is called 'hihg'; did you mean high"):
-        panel_run.measured([planted_methods.good_rk4], ["linear"], "hihg")
+        panel_run.measure_panels([planted_methods.good_rk4], ["linear"], "hihg")
 
 
 def test_the_json_names_its_schema_the_revision_and_the_machine(quick: None) -> None:
-    rows = panel_run.measured([lookup.own()["gnomon:RK4"]], ["linear"])
+    rows = panel_run.measure_panels([lookup.own()["gnomon:RK4"]], ["linear"])
     found = json.loads(panel_run.as_json(rows, "normal"))
     assert found["schema"] == panel_run.SCHEMA
     assert {"machine", "gnomon", "sources"} <= set(found["environment"])

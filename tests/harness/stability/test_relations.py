@@ -9,7 +9,7 @@ import right_methods
 from gnomon.harness.contract import validation
 from gnomon.harness.contract.integrator import Integrator, Steps
 from gnomon.harness.registry.lookup import find_one
-from gnomon.harness.stability.relations import TEXTS, compared, related_problems, relations, reversal, usual
+from gnomon.harness.stability.relations import TEXTS, compare_solutions, list_related, relations, reversal, usual
 from gnomon.harness.stability.subjects import trials_of
 from gnomon.harness.verification.function_adapter import from_step
 from planted_steps import drops_small_increments, first_component_by_euler, increment
@@ -46,7 +46,7 @@ def made(step: Callable[..., Any]) -> Integrator:
 def found(integrator: Integrator, name: str) -> dict[str, Any]:
     trials = trials_of(integrator, "two_body")
     setting = float(trials.problem().interval * STEP) if trials.steps else usual(trials)
-    return compared(trials, trials.whole(setting), related_problems(trials, setting)[name])
+    return compare_solutions(trials, trials.whole(setting), list_related(trials, setting)[name])
 
 
 @pytest.mark.parametrize(

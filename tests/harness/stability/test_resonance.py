@@ -14,11 +14,11 @@ from gnomon.harness.stability.resonance import (
     TRIALS,
     fastest,
     grows,
-    predicted,
+    predict,
     resonance,
     resonance_at,
     runs,
-    tried_below,
+    try_below,
     window_around,
 )
 from gnomon.harness.stability.step_matrix import StepMatrix
@@ -55,7 +55,7 @@ def predictions(method: Integrator, order: int = 3) -> list[float]:
     """h w at which a step turns the phase by a turn over `order`."""
     problem = problem_for(method)
     assert problem is not None
-    return [x for found, x in predicted(StepMatrix(method, problem)) if found == order]
+    return [x for found, x in predict(StepMatrix(method, problem)) if found == order]
 
 
 @pytest.mark.parametrize(
@@ -121,7 +121,7 @@ def test_a_step_beyond_a_limit_or_in_a_tongue_grows(name: str, step: float) -> N
 )
 def test_a_limit_that_is_too_high_is_caught_by_the_trial(name: str, wrong: float) -> None:
     """These are first steps that fail, on a grid of 2 % that jumps over tongues."""
-    trial = tried_below(lookup.own()[f"gnomon:{name}"], cases.get(CHAIN).rounded(), wrong, 60.0)
+    trial = try_below(lookup.own()[f"gnomon:{name}"], cases.get(CHAIN).rounded(), wrong, 60.0)
     assert trial["grows_at"] is not None
     row = {"case": CHAIN, "predicted": wrong, "trial": trial, "ratio": None}
     (said,) = resonance.sentences({"resonances": [], "scan": None, "limits": [row]})

@@ -11,7 +11,7 @@ from gnomon.harness.contract.integrator import Integrator, Tolerance
 from gnomon.harness.integrators.base.tableau import ButcherTableau
 from gnomon.harness.integrators.runge_kutta.embedded import Embedded
 from gnomon.harness.registry import lookup
-from gnomon.harness.stability.stiffness import FREE, LOOSE, RATE, VERY_FAST, fixed_row, row, stiffness
+from gnomon.harness.stability.stiffness import FREE, LOOSE, RATE, VERY_FAST, measure_fixed_steps, row, stiffness
 from gnomon.harness.verification.function_adapter import from_solve, from_step
 
 PAIRS = ("Bogacki-Shampine 3(2)", "Dormand-Prince 5(4)", "Tsitouras 5(4)", "Verner 6(5)", "DOP853")
@@ -116,10 +116,10 @@ def test_no_sentence_recommends_a_method_from_one_equation() -> None:
 
 def test_calls_of_fixed_steps_are_those_of_the_fewest_steps_with_the_error() -> None:
     """Implicit midpoint has an error of 2.4e-4 with the most steps that are measured: no number of calls."""
-    row = fixed_row(lookup.own()["gnomon:Gauss 8-stage"], VERY_FAST)
+    row = measure_fixed_steps(lookup.own()["gnomon:Gauss 8-stage"], VERY_FAST)
     assert row["worst"] <= LOOSE
     assert 0 < row["calls"] < 10 * row["fewest"]
-    assert fixed_row(lookup.own()["gnomon:Implicit midpoint"], VERY_FAST)["calls"] is None
+    assert measure_fixed_steps(lookup.own()["gnomon:Implicit midpoint"], VERY_FAST)["calls"] is None
 
 
 def test_a_slow_method_is_measured_at_a_smaller_second_rate() -> None:

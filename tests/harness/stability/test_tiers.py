@@ -6,7 +6,7 @@ import json
 import numpy as np
 import pytest
 from gnomon.harness.stability.panel_run import Row, as_json
-from gnomon.harness.stability.tiers import FEWEST, by_calls, by_lost_digits, separated, summary, tiers
+from gnomon.harness.stability.tiers import FEWEST, by_calls, by_lost_digits, is_separated, summary, tiers
 
 
 def scores(*values: float) -> dict[str, float]:
@@ -57,7 +57,7 @@ def test_a_factor_of_ten_makes_two_tiers_in_90_of_100_tables(sizes: tuple[int, .
 def test_two_equal_methods_are_separated_in_no_more_than_one_of_twenty_tables() -> None:
     rng = np.random.default_rng(1)
     pairs = [rng.normal(size=(2, 12)) for _ in range(400)]
-    wrong = sum(separated(a, b) or separated(b, a) for a, b in pairs)
+    wrong = sum(is_separated(a, b) or is_separated(b, a) for a, b in pairs)
     assert wrong <= 0.05 * len(pairs)
 
 

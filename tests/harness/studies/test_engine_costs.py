@@ -79,7 +79,7 @@ def test_the_same_bits_and_the_time_of_forces() -> None:
     assert found["same_bits"] == {"in a new world": True, "with another world beside it": True}
     assert [found[name] for name in ("step_us", "engine_us", "forces_us")] == pytest.approx([13, 3, 10])
     assert found["energy_an_hour"] is None
-    assert engine_costs.same_in_threads(Engine())
+    assert engine_costs.is_same_in_threads(Engine())
 
 
 def test_the_share_of_forces_in_python_beside_the_time_of_a_step() -> None:
@@ -90,4 +90,4 @@ def test_the_share_of_forces_in_python_beside_the_time_of_a_step() -> None:
 def test_an_engine_that_remembers_earlier_worlds_has_other_bits() -> None:
     found = engine_costs.costs(Remembering())
     assert found["same_bits"] == {"in a new world": False, "with another world beside it": False}
-    assert not engine_costs.same_in_threads(Remembering())
+    assert not engine_costs.is_same_in_threads(Remembering())

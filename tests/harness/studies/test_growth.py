@@ -18,11 +18,11 @@ from gnomon.harness.studies.growth import (
     SUBJECTS,
     Subject,
     energy_errors,
-    fitted,
+    fit_powers,
     in_extended_precision,
     interval_of_mean,
-    measured,
-    named,
+    measure_growth,
+    name_law,
     period_of,
     twenty_bits,
 )
@@ -33,7 +33,7 @@ def test_a_given_power_is_found(power: float) -> None:
     """For sixteen errors that scatter by 10 % about t^power."""
     times = np.arange(1, SAMPLES + 1) / SAMPLES
     noise = 1 + 0.1 * np.random.default_rng(1).standard_normal((16, SAMPLES))
-    powers = fitted(times, np.abs(1e-10 * times**power * noise))
+    powers = fit_powers(times, np.abs(1e-10 * times**power * noise))
     assert powers.shape == (16,)
     assert np.mean(powers) == pytest.approx(power, abs=0.03)
 
@@ -54,7 +54,7 @@ def test_the_interval_contains_the_mean_with_its_confidence() -> None:
 def test_the_power_is_that_of_the_last_seven_octaves(until: float, seen: bool) -> None:
     """Two decades in whole octaves: an error ten times too large has an effect in the first of them, and none before."""
     times = np.arange(1, SAMPLES + 1) / SAMPLES
-    found, _ = fitted(times, np.array([np.where(times <= until, 10.0, 1.0) * times] * 2)).tolist()
+    found, _ = fit_powers(times, np.array([np.where(times <= until, 10.0, 1.0) * times] * 2)).tolist()
     # A first of seven octaves that is too large by ln 10 changes the slope by 3 ln 10 / (28 ln 2).
     assert 1 - found == pytest.approx(3 * math.log(10) / (28 * math.log(2)) if seen else 0.0, abs=0.02)
 
@@ -62,8 +62,8 @@ def test_the_power_is_that_of_the_last_seven_octaves(until: float, seen: bool) -
 def test_random_walks_grow_as_the_square_root() -> None:
     times = np.arange(1, SAMPLES + 1) / SAMPLES
     walks = np.abs(np.cumsum(np.random.default_rng(2).standard_normal((64, SAMPLES)), axis=1))
-    low, high = interval_of_mean(fitted(times, walks))
-    assert named(low, high) == "sqrt t"
+    low, high = interval_of_mean(fit_powers(times, walks))
+    assert name_law(low, high) == "sqrt t"
     assert high - low < 0.2
 
 
@@ -97,7 +97,7 @@ def test_bounded_growth_is_expected_of_symplectic_or_reversible_methods_only() -
 )  # fmt: skip
 def test_a_law_is_named_if_the_others_are_excluded(low: float, high: float, law: str) -> None:
     """Within 0.03, the bias of a fit over two decades: .757 (.695 to .810) is neither sqrt t nor t."""
-    assert named(low, high) == law
+    assert name_law(low, high) == law
 
 
 def test_no_step_nearly_divides_a_period() -> None:
@@ -118,7 +118,7 @@ SHORT = [
 def test_the_law_over_a_thousand_periods(name: str, law: str) -> None:
     """The interval between samples is not a multiple of the period: samples would otherwise all be at one phase."""
     subject = next(s for s in SUBJECTS if s.integrator == name)
-    row = measured(replace(subject, periods=1.3e3, starts=8))
+    row = measure_growth(replace(subject, periods=1.3e3, starts=8))
     assert row["law"] == law == subject.expected
 
 
@@ -130,7 +130,7 @@ def test_times_are_in_periods_and_every_start_is_different() -> None:
     # Energy is lost at the same rate in the second part as in the first: it starts where the first one ended.
     assert 0.45 < errors[0, SAMPLES // 2] / errors[0, -1] < 0.55
     assert len(set(errors[:, -1])) == 3
-    row = measured(replace(subject, periods=1e3, starts=3, parts=2))
+    row = measure_growth(replace(subject, periods=1e3, starts=3, parts=2))
     assert row["size"] == pytest.approx(float(np.median(errors[:, -1])), rel=0.02)  # of the last 8 samples of 4096
     assert (row["integrator"], row["case"], row["periods"], row["starts"]) == ("RK4", "pendulum_simple", 1e3, 3)
     assert (row["setting"], row["expected"]) == ("about 128 steps a period", "t")
@@ -190,7 +190,7 @@ def test_an_integration_that_ends_early_is_an_error(monkeypatch: pytest.MonkeyPa
 def test_gauss_follows_brouwers_law() -> None:
     """With rounded coefficients, or an iteration that stops too early, the power is 1 and the error ten times larger."""
     subject = Subject("gnomon:Gauss 8-stage", 16, "sqrt t", periods=2e3, starts=16)
-    row = measured(subject)
+    row = measure_growth(subject)
     assert row["size"] < 1e-14
     assert row["power"] < 0.75
 

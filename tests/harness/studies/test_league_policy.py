@@ -10,4 +10,4 @@ def test_the_league_and_the_adapters_name_the_policy_alike() -> None:
     tight = [one for one in lookup.own().values() if getattr(one, "tight", False)]
     assert {"pybullet", "mujoco", "pymunk"} <= {one.library for one in tight}
     assert all(one.policy == league.TIGHT for one in tight)
-    assert not [one for one in league.shown(tight)]
+    assert not [one for one in league.choose_shown(tight)]

@@ -7,7 +7,7 @@ import pytest
 from gnomon.harness.integrators.runge_kutta import explicit_pairs
 from gnomon.harness.registry.lookup import own
 from gnomon.harness.studies import growth, orders
-from gnomon.harness.studies.orders import SUBJECTS, WITHIN, Subject, measured
+from gnomon.harness.studies.orders import SUBJECTS, WITHIN, Subject, measure_row
 
 IN_HOUSE = {m.id.removeprefix("gnomon:"): m for m in own().values() if ".integrators." in type(m).__module__}
 FORMULA_OF_ANOTHER = {"DOP853 [events]": "DOP853"}
@@ -45,7 +45,7 @@ def test_the_measured_order_is_the_declared_one(subject: Subject) -> None:
         same = next(s for s in SUBJECTS if s.integrator == FORMULA_OF_ANOTHER[subject.integrator])
         assert (subject.case, subject.span, subject.counts) == (same.case, same.span, same.counts)
         return
-    row = measured(subject)
+    row = measure_row(subject)
     declared = IN_HOUSE[subject.integrator].order
     assert declared is not None
     assert row["declared"] == declared
@@ -60,7 +60,7 @@ def test_the_measured_order_is_the_declared_one(subject: Subject) -> None:
 def test_a_method_without_an_asymptotic_range_is_an_error() -> None:
     """With so few steps in an orbit the error is above 1e-2."""
     with pytest.raises(RuntimeError, match="no range of steps shows the order of RK4"):
-        measured(Subject("RK4", case="kepler_orbit", most_steps=64))
+        measure_row(Subject("RK4", case="kepler_orbit", most_steps=64))
 
 
 def test_the_published_file_has_rows_and_environment(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -69,7 +69,7 @@ def test_the_published_file_has_rows_and_environment(tmp_path: Path, monkeypatch
     orders.main()
     found = json.loads((tmp_path / "orders.json").read_text(encoding="utf-8"))
     (row,) = found["rows"]
-    assert row == json.loads(json.dumps(measured(Subject("RK4", span="3"))))
+    assert row == json.loads(json.dumps(measure_row(Subject("RK4", span="3"))))
     assert found["environment"]["numba"]
     assert (row["integrator"], row["case"], row["span"], row["digits"]) == ("RK4", "pendulum_simple", 3.0, 16)
     assert (row["at_fixed_steps"], row["declared"]) == (False, 4)

@@ -14,7 +14,7 @@ from gnomon.harness.integrators.gauss.gauss_fast import GaussFast
 from gnomon.harness.integrators.runge_kutta.dop853 import Dop853
 from gnomon.harness.reporting import report_benchmarks
 from gnomon.harness.studies import benchmarks, pairs
-from gnomon.harness.studies.pairs import Side, at_equal_error, interleaved, null_call
+from gnomon.harness.studies.pairs import Side, at_equal_error, null_call, time_interleaved
 
 ERRORS = [1e-2, 1e-4, 1e-6, 1e-8]
 
@@ -68,7 +68,7 @@ def test_calls_of_the_sides_alternate() -> None:
     def noted(name: str) -> Any:
         return Solver(lambda start: called.append(name))  # type: ignore[arg-type,func-returns-value,return-value]
 
-    interleaved([[noted("a"), noted("b")], [noted("c")]], np.zeros(1), repeats=1)
+    time_interleaved([[noted("a"), noted("b")], [noted("c")]], np.zeros(1), repeats=1)
     assert called == ["a", "c", "b"] * 2
 
 
@@ -90,7 +90,7 @@ def published(tmp_path: Path) -> Path:
         ]
         found = {"benchmarks": [{"extra_info": {"rows": rows}}, {"extra_info": {}}]}
         (tmp_path / f"{launch}.json").write_text(json.dumps(found))
-    gathered = benchmarks.gathered(sorted(tmp_path.glob("?.json")))
+    gathered = benchmarks.gather(sorted(tmp_path.glob("?.json")))
     (tmp_path / "benchmarks.json").write_text(json.dumps(gathered))
     return tmp_path
 

@@ -33,13 +33,13 @@ def test_the_run_and_the_wait_of_a_guards_child_are_read_from_the_kernel() -> No
         # A child is listed before it has run; the kernel counts its time when it stops at its first line.
         wait_until(lambda: float(times.read_text().split()[0]) > 0, "the child has run")
         ran, waited = map(float, times.read_text().split()[:2])
-        found = child_process.scheduled_seconds(guard.pid)
+        found = child_process.read_scheduled_seconds(guard.pid)
         assert found[0] >= ran * 1e-9
         assert found[1] >= waited * 1e-9
     finally:
         guard.kill()
         guard.communicate()
-    assert child_process.scheduled_seconds(guard.pid) == (0.0, 0.0)
+    assert child_process.read_scheduled_seconds(guard.pid) == (0.0, 0.0)
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")

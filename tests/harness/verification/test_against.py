@@ -16,7 +16,7 @@ from command_line import gnomon
 from gnomon.harness.verification import against
 from gnomon.harness.verification.against import LAUNCHES, finding
 from gnomon.harness.verification.claims import Finding, Outcome
-from gnomon.harness.verification.other_version import Other, installed, validated
+from gnomon.harness.verification.other_version import Other, install, validate_requirement
 
 METHOD = """
 def step(f, t, y, h):
@@ -110,18 +110,18 @@ def test_a_version_that_declines_the_case_is_not_compared() -> None:
 def test_what_is_no_requirement_is_refused_before_an_installer_sees_it(nonsense: str) -> None:
     """An installer takes a word that begins with a dash as an option of its own."""
     with pytest.raises(ValueError, match=r"--against .*give a requirement as mypackage==1\.2, or the path of"):
-        validated(nonsense)
+        validate_requirement(nonsense)
 
 
 @pytest.mark.parametrize(
     "sound", ["paced", "paced==1.2", "a.b_c[fast,more] >= 1.0, < 2", "paced~=1.2rc1", "paced @ https://x.org/p.whl"]
 )
 def test_requirements_are_accepted(sound: str) -> None:
-    assert validated(sound) == sound
+    assert validate_requirement(sound) == sound
 
 
 def test_a_wheel_is_installed_beside_the_environment(tmp_path: Path) -> None:
-    other = installed(str(wheel(tmp_path, "1.0", work=1)))
+    other = install(str(wheel(tmp_path, "1.0", work=1)))
     assert (other.label, other.modules) == ("paced 1.0", ("paced",))
     assert (Path(other.folder) / "paced" / "verified.py").is_file()
     assert other.folder not in sys.path
@@ -131,10 +131,10 @@ def test_what_cannot_be_installed_is_one_line(tmp_path: Path, monkeypatch: pytes
     for name in ("PIP_NO_INDEX", "UV_NO_INDEX", "UV_OFFLINE"):
         monkeypatch.setenv(name, "1")
     with pytest.raises(ValueError, match=r"--against paced==9\.9: cannot be installed \(.*paced") as told:
-        installed("paced==9.9")
+        install("paced==9.9")
     assert "\n" not in str(told.value)
     with pytest.raises(ValueError, match="gnomon times both versions"):
-        installed(str(wheel(tmp_path, "9.9", 1, name="gnomon")))
+        install(str(wheel(tmp_path, "9.9", 1, name="gnomon")))
 
 
 class Answers:
@@ -150,12 +150,12 @@ class Answers:
 def test_one_version_in_both_processes_is_an_error() -> None:
     other = Other("/other", "paced", "1.0", ("paced",))
     here, there = Answers("/here/paced/__init__.py"), Answers("/other/paced/__init__.py")
-    told = against._loaded(here, there, other)  # type: ignore[arg-type]
+    told = against._list_loaded(here, there, other)  # type: ignore[arg-type]
     assert told == "paced 2.0 (/here/paced/__init__.py) against 1.0 (/other/paced/__init__.py)"
     with pytest.raises(ValueError, match=r"both processes load /here/paced/__init__\.py"):
-        against._loaded(here, here, other)  # type: ignore[arg-type]
+        against._list_loaded(here, here, other)  # type: ignore[arg-type]
     with pytest.raises(ValueError, match="the integrator does not import paced"):
-        against._loaded(here, Answers(), other)  # type: ignore[arg-type]
+        against._list_loaded(here, Answers(), other)  # type: ignore[arg-type]
 
 
 def compared(folder: Path, capsys: pytest.CaptureFixture[str]) -> str:

@@ -8,7 +8,7 @@ import planted_methods
 import pytest
 from command_line import gnomon
 from gnomon.harness.contract.integrator import Integrator
-from gnomon.harness.verification.baseline import Baseline, as_text, compared, measure, read
+from gnomon.harness.verification.baseline import Baseline, as_text, compare_with_baseline, measure, read
 
 PENDULUM = ["pendulum_simple"]
 
@@ -43,7 +43,7 @@ def test_a_fault_is_a_regression_and_noise_is_not(
     """Ulps at the start change the steps of the pair: a run from such starts is not worse than the baseline."""
     integrator = make(fault)  # type: ignore[operator]
     run = replace(measure(integrator, PENDULUM, "low", runs=1), integrator=bases[name].integrator)
-    verdict = compared(bases[name], run)
+    verdict = compare_with_baseline(bases[name], run)
     assert verdict.settings >= 4
     assert bool(verdict.regressions) == bool(fault), verdict.regressions
 
@@ -51,8 +51,8 @@ def test_a_fault_is_a_regression_and_noise_is_not(
 def test_more_work_for_the_same_error_is_a_regression(bases: dict[str, Baseline]) -> None:
     base = bases["pair"]
     more = replace(base, entries=tuple(replace(e, rhs_high=1.1 * e.rhs_high + 64) for e in base.entries))
-    assert any("right-hand sides" in line for line in compared(base, more).regressions)
-    assert compared(base, base).regressions == []
+    assert any("right-hand sides" in line for line in compare_with_baseline(base, more).regressions)
+    assert compare_with_baseline(base, base).regressions == []
 
 
 @pytest.mark.parametrize("name", ["RK4", "pair"])
@@ -63,7 +63,9 @@ def test_a_small_change_of_a_weight_is_named_with_either_sign(bases: dict[str, B
         moved = [e.error_high + sign * 4 * w for e, w in zip(base.entries, widths, strict=True)]
         entries = [replace(e, error_high=x, error_low=x) for e, x in zip(base.entries, moved, strict=True)]
         (line,) = [
-            line for line in compared(base, replace(base, entries=tuple(entries))).regressions if "changed" in line
+            line
+            for line in compare_with_baseline(base, replace(base, entries=tuple(entries))).regressions
+            if "changed" in line
         ]
         relative = [x / ((e.error_low + e.error_high) / 2) - 1 for e, x in zip(base.entries, moved, strict=True)]
         assert f"{np.median(relative):+.1e}" in line
@@ -72,7 +74,7 @@ def test_a_small_change_of_a_weight_is_named_with_either_sign(bases: dict[str, B
 def test_a_bound_that_another_version_changed_is_named(bases: dict[str, Baseline]) -> None:
     base = bases["RK4"]
     older = replace(base, version="0.0.1", entries=tuple(replace(e, floor=2 * e.floor) for e in base.entries))
-    (note,) = compared(older, base).notes
+    (note,) = compare_with_baseline(older, base).notes
     assert note.startswith("pendulum_simple: floor ")
     assert "of gnomon 0.0.1" in note
 
@@ -85,7 +87,7 @@ def test_a_baseline_of_no_solution_is_refused() -> None:
 
 def test_a_baseline_of_another_integrator_is_refused(bases: dict[str, Baseline]) -> None:
     with pytest.raises(ValueError, match="the baseline is of mine:RK4, not of mine:pair"):
-        compared(bases["RK4"], bases["pair"])
+        compare_with_baseline(bases["RK4"], bases["pair"])
 
 
 @pytest.mark.parametrize(

@@ -16,13 +16,13 @@ from command_line import gnomon
 from gnomon.cases.core.forms import FirstOrder, SecondOrder
 from gnomon.cases.core.registry import get
 from gnomon.harness.contract.integrator import TooManyCalls, Unsupported
-from gnomon.harness.contract.problem import accepted_form, counting, initial_state, problem_of
+from gnomon.harness.contract.problem import counting, find_accepted_form, initial_state, problem_of
 from gnomon.harness.contract.velocity_forces import VelocityForces
 from gnomon.harness.registry import references
 from gnomon.harness.results import reading
 from gnomon.harness.verification.function_adapter import from_solve, from_step
 from gnomon.harness.verification.functions.right_hand_side import Jacobian, RightHandSide
-from gnomon.harness.verification.verify import planned, verify
+from gnomon.harness.verification.verify import plan_verification, verify
 
 PENDULUM = get("pendulum_simple").rounded()
 DAMPED = get("damped_oscillator").rounded()
@@ -106,7 +106,7 @@ def test_a_solver_of_numba_that_does_not_end_is_given_up() -> None:
 def test_the_jacobian_is_the_derivative_of_the_right_hand_side(name: str, velocities: bool, kind: type) -> None:
     """By central differences, whose error is about the cube root of the round-off squared."""
     case = get(name).rounded()
-    if accepted_form(case, (kind,)) is None:
+    if find_accepted_form(case, (kind,)) is None:
         pytest.skip(f"{name} has no form {kind.__name__}")
     problem = problem_of(case, (kind,))
     f, jac = RightHandSide(problem, velocities), Jacobian(problem, velocities)
@@ -174,7 +174,7 @@ def test_forces_of_velocities_are_those_of_equations_whose_first_half_are_the_ve
     one = compiled_methods.compiled_newmark
     for name in ("damped_oscillator", "charge_in_E_and_B", "pendulum_simple"):
         assert np.all(np.isfinite(solved(one, get(name).rounded())[0]))
-    assert isinstance(accepted_form(PENDULUM, one.accepts), SecondOrder)
+    assert isinstance(find_accepted_form(PENDULUM, one.accepts), SecondOrder)
     with pytest.raises(Unsupported, match="velocities"):
         solved(one, get("euler_top").rounded())
 
@@ -198,7 +198,7 @@ def test_a_method_for_a_t_q_v_is_its_formula() -> None:
 
 def test_methods_of_velocities_are_verified_on_cases_whose_forces_have_them() -> None:
     one = compiled_methods.compiled_newmark
-    cases = [case for case, _ in planned(one, None, "normal", ["order"])]
+    cases = [case for case, _ in plan_verification(one, None, "normal", ["order"])]
     assert VelocityForces in one.accepts
     assert "euler_top" not in {case.name for case in cases}
     assert cases[0].second_order is None

@@ -12,7 +12,7 @@ from gnomon.cases.core.registry import get
 from gnomon.harness.contract.integrator import Floats, Integrator, Steps, TooManyCalls
 from gnomon.harness.measuring.reference_solution import CaseSpec
 from gnomon.harness.measuring.trials import CALLS, DEPTHS, Trials
-from gnomon.harness.verification.claims import Finding, Outcome, not_checked, passed
+from gnomon.harness.verification.claims import Finding, Outcome, not_checked, pass_claim
 from gnomon.harness.verification.verify import ACCURACY, CLAIMS, FOLLOWS, Report, Row, verify
 
 from gnomon.verify import Refused, Tolerance, from_solve, from_step
@@ -80,8 +80,8 @@ def test_no_time_is_no_pass(capsys: pytest.CaptureFixture[str]) -> None:
 
 def test_a_case_is_verified_if_it_is_followed_and_its_accuracy_was_checked() -> None:
     """Units, mirror and history hold for zeros too."""
-    follows, order = (Row(claim, "pendulum_simple", passed("")) for claim in (FOLLOWS, ACCURACY[0]))
-    others = [Row(claim, "pendulum_simple", passed("")) for claim in ("units", "mirror", "history")]
+    follows, order = (Row(claim, "pendulum_simple", pass_claim("")) for claim in (FOLLOWS, ACCURACY[0]))
+    others = [Row(claim, "pendulum_simple", pass_claim("")) for claim in ("units", "mirror", "history")]
     late = Row(FOLLOWS, "pendulum_simple", not_checked("no time"))
     for rows, complete in (([follows, order], True), ([follows], False), ([order], False), ([late, order], False)):
         assert (Report("mine:mine", "low", [*rows, *others]).gaps() == []) is complete

@@ -116,7 +116,7 @@ def test_a_worker_gets_the_engine_with_its_declaration() -> None:
     again = references.dereference(references.reference(toy()))
     assert isinstance(again, EngineIntegrator)
     assert (again.id, again.order, again.tokens, again.sweep) == (toy().id, 1, toy().tokens, toy().sweep)
-    assert lookup.users_own(again)
+    assert lookup.is_users_own(again)
     assert again.versions()["engine"]
 
 

@@ -15,7 +15,7 @@ from gnomon.harness.measuring.trials import DEPTHS, Trials
 from gnomon.harness.registry.lookup import find_one
 from gnomon.harness.verification.claims import Outcome
 from gnomon.harness.verification.function_adapter import from_solve, from_step
-from gnomon.harness.verification.verify import CLAIMS, planned
+from gnomon.harness.verification.verify import CLAIMS, plan_verification
 from planted_methods import good_pair, good_rk4, good_verlet
 from planted_steps import increment
 from special_adapters import from_events
@@ -228,7 +228,7 @@ def test_the_time_of_a_stage_is_right_to_ten_digits_in_a_method_with_a_structure
 
 def test_low_has_an_event_whose_guard_depends_on_the_time() -> None:
     """Elsewhere the time of the guard shows in no result."""
-    chosen = planned(find_one("gnomon:RK4 [events]"), None, "low")
+    chosen = plan_verification(find_one("gnomon:RK4 [events]"), None, "low")
     assert not all(case.autonomous for case, _ in chosen)
 
 
@@ -246,6 +246,6 @@ def test_times_of_events_that_are_not_well_defined_are_not_fitted() -> None:
 
 
 def test_claims_with_equations_of_their_own_are_made_once() -> None:
-    made = [claim for _, claims in planned(good_rk4, None, "low") for claim in claims]
+    made = [claim for _, claims in plan_verification(good_rk4, None, "low") for claim in claims]
     assert all(made.count(name) == 1 for name, claim in CLAIMS.items() if claim.once)
     assert any(claim.once for claim in CLAIMS.values())

@@ -479,7 +479,7 @@ def test_a_worker_gets_the_program(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     monkeypatch.chdir("/")
     again = references.dereference(references.reference(integrator))
     assert again.id == integrator.id == "command:odd"
-    assert lookup.users_own(again)
+    assert lookup.is_users_own(again)
     assert solved(again).steps == 64
     before = integrator.versions()
     script.write_text(script.read_text() + "\n# edited\n")

@@ -11,7 +11,7 @@ import planted_right
 import pytest
 from command_line import gnomon
 from gnomon.harness.system.supervisor import ASLEEP
-from gnomon.harness.verification.claims import Finding, Outcome, failed, not_applicable, not_checked, passed
+from gnomon.harness.verification.claims import Finding, Outcome, fail_claim, not_applicable, not_checked, pass_claim
 from gnomon.harness.verification.verification_report import (
     as_badge,
     as_json,
@@ -27,12 +27,12 @@ from passing_time import hang
 from turned_clock import Clock
 
 ALONE = ("--case", "pendulum_simple", "--depth", "low", "--claim")
-FOLLOWED = [Row("follows", "pendulum_simple", passed()), Row("error", "pendulum_simple", passed())]
+FOLLOWED = [Row("follows", "pendulum_simple", pass_claim()), Row("error", "pendulum_simple", pass_claim())]
 """What counts as verified on a case."""
 ROWS = [
     *FOLLOWED,
-    Row("order", "pendulum_simple", failed("h = 1 to 2", "h^4", "h^1 <&\x1b", "It is wrong.")),
-    Row("repeatable", "pendulum_simple", passed()),
+    Row("order", "pendulum_simple", fail_claim("h = 1 to 2", "h^4", "h^1 <&\x1b", "It is wrong.")),
+    Row("repeatable", "pendulum_simple", pass_claim()),
     Row("symplectic", "pendulum_simple", not_applicable("it does not declare symplectic")),
 ]
 REPORT = Report("mine:RK4", "low", ROWS)
@@ -45,7 +45,7 @@ def test_markdown_shows_the_counts_and_each_new_failure_as_plain_text() -> None:
     assert "4 claims checked on 1 cases, 3 passed, 1 failed (0 known), 1 not applicable, 0 not checked: failed" in text
     (row,) = [line for line in text.splitlines() if line.startswith("| order")]
     assert "h^1 &lt;&amp;" in row
-    odd = Report("m", "low", [*FOLLOWED, Row("order", "a", failed("x|y", "[a](b)", "<b>`c`\nd"))])
+    odd = Report("m", "low", [*FOLLOWED, Row("order", "a", fail_claim("x|y", "[a](b)", "<b>`c`\nd"))])
     (row,) = [line for line in as_markdown(odd, {}, "m:r").splitlines() if line.startswith("| order")]
     assert row.count("|") - row.count(r"\|") == 7
     assert "<b>" not in row
@@ -54,7 +54,7 @@ def test_markdown_shows_the_counts_and_each_new_failure_as_plain_text() -> None:
 
 
 def test_annotations_are_one_line_for_each_new_failure() -> None:
-    rows = [*FOLLOWED, Row("order", "a", failed("50%", "1", "::error::2\n::stop"))]
+    rows = [*FOLLOWED, Row("order", "a", fail_claim("50%", "1", "::error::2\n::stop"))]
     (line,) = workflow_commands(Report("m", "low", rows), {}, "m:r")
     assert line.startswith("::error title=gnomon%3A order on a::FAILED order on a, 50%25%0A")
     assert "\n" not in line
@@ -76,7 +76,7 @@ def test_exit_codes_say_what_was_found() -> None:
     assert exit_code(Report("mine:RK4", "low", []), {}) == 2
 
 
-SIDE = Row("repeatable", "pendulum_simple", passed())
+SIDE = Row("repeatable", "pendulum_simple", pass_claim())
 UNSUPPORTED = Row("follows", "kepler_orbit", not_applicable("unsupported: this case"))
 CUT = Row("error", "pendulum_simple", not_checked("the time of --max-seconds is over"))
 
@@ -106,11 +106,11 @@ def test_each_case_must_be_followed_with_a_known_accuracy(rows: list[Row], names
 @pytest.mark.parametrize(
     ("findings", "names", "code"),
     [
-        ([passed()], ("a",), 0),
+        ([pass_claim()], ("a",), 0),
         ([not_applicable("it has none")], ("a",), 2),
-        ([passed(), not_applicable("it has none")], ("a", "b"), 2),
-        ([passed(), not_applicable("it has none")], (), 0),
-        ([passed(), not_checked("the time is over")], (), 2),
+        ([pass_claim(), not_applicable("it has none")], ("a", "b"), 2),
+        ([pass_claim(), not_applicable("it has none")], (), 0),
+        ([pass_claim(), not_checked("the time is over")], (), 2),
         ([not_applicable("it has none"), not_applicable("it has none")], (), 2),
         ([], (), 2),
     ],
@@ -135,7 +135,7 @@ def test_the_text_ends_with_counts_and_shows_failures_alone() -> None:
 
 
 def test_a_claim_is_explained_at_its_first_failure_and_the_cause_once() -> None:
-    twice = [Row("order", case, failed("h = 1", "h^4", f"h^{k}", "It is wrong.")) for k, case in enumerate("ab")]
+    twice = [Row("order", case, fail_claim("h = 1", "h^4", f"h^{k}", "It is wrong.")) for k, case in enumerate("ab")]
     text = lines(Report("m", "low", [*FOLLOWED, *twice], diagnosis="order: it converges with order 1.0"), {}, "m:r")
     for part in ("  claim: ", "  why: ", "  bound: ", "likely cause: it converges with order 1.0"):
         assert sum(line.startswith(part) for line in text) == 1

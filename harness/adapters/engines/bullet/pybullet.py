@@ -194,7 +194,7 @@ class StaggeredRun(SceneRun):
         self.trial.place(scene)
         start = self.trial.read()
         self.trial.advance(1)
-        self.world.place(backed_up(scene, start, self.trial.read()))
+        self.world.place(back_up(scene, start, self.trial.read()))
         done = 0
         for row, count in zip(rows, self.counts, strict=True):
             self.world.advance(count - done)
@@ -204,7 +204,7 @@ class StaggeredRun(SceneRun):
             row[:] = self.form.observe(with_mean_rates(readings, self.world.read()), self.parameters)
 
 
-def backed_up(scene: Scene, start: Readings, after: Readings) -> Scene:
+def back_up(scene: Scene, start: Readings, after: Readings) -> Scene:
     """The scene with its rates half a step earlier: v0 - (v1 - v0)/2, where v1 - v0 = dt a(q0)."""
 
     def rate(joint: Hinge | Slider) -> float:

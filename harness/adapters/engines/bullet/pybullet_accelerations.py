@@ -55,12 +55,12 @@ def joint_accelerations(form: SceneForm, scene: Scene) -> dict[str, float]:
     try:
         world.build(scene)
         world.place(scene)
-        return _solved(world, scene)
+        return _solve(world, scene)
     finally:
         world.close()
 
 
-def _solved(world: World, scene: Scene) -> dict[str, float]:
+def _solve(world: World, scene: Scene) -> dict[str, float]:
     motions = {body: motion() for body, motion in world.carriers.items()}
     pushes = [(body, force) for body, force, _ in forces_at(scene, 0.0, lambda body: motions[body][::2])]  # type: ignore[arg-type,return-value]
     turns = list(torques_at(scene, 0.0, lambda body: motions[body][1::2]))  # type: ignore[arg-type,return-value]

@@ -9,7 +9,7 @@ from typing import Any
 from gnomon.cases.core.scene import Force, Hinge, Scene, Slider, Torque, Vector
 from gnomon.harness.adapters.engines.compiled_laws import Loads
 from gnomon.harness.adapters.engines.scene_run import impulses_within
-from gnomon.harness.adapters.engines.vectors import ORIGIN, along, cross, dot, turned
+from gnomon.harness.adapters.engines.vectors import ORIGIN, along, cross, dot, turn_arm
 
 Chore = Callable[[float], None]
 
@@ -70,13 +70,13 @@ def _push(world: Any, force: Force, joint: Hinge | Slider | None) -> Chore:
 
         def push_around(t: float) -> None:
             angle, rate, *_ = world.joint_state(number, link)
-            _, arm = turned(hinge.axis, hinge.arm, angle)
+            _, arm = turn_arm(hinge.axis, hinge.arm, angle)
             velocity = along(ORIGIN, cross(hinge.axis, arm), rate)
             turn(force=dot(hinge.axis, cross(arm, law(t, along(hinge.anchor, arm, 1.0), velocity))))
 
         return push_around
     if force.body in world.carriers:
-        motion, apply = world.carriers[force.body], _applied(world, force.body)
+        motion, apply = world.carriers[force.body], _make_force(world, force.body)
 
         def push_link(t: float) -> None:
             position, _, velocity, _ = motion()
@@ -101,7 +101,7 @@ def _push_free(world: Any, force: Force) -> Chore:
 def _push_pair(world: Any, force: Force) -> Chore:
     """A force, and the opposite force on the partner."""
     law, here, there = force.law, world.motion_of(force.body), world.motion_of(force.partner)
-    apply, apply_other = _applied(world, force.body), _applied(world, force.partner)
+    apply, apply_other = _make_force(world, force.body), _make_force(world, force.partner)
 
     def push(t: float) -> None:
         (place, _, velocity, _), (other, _, drift, _) = here(), there()
@@ -112,7 +112,7 @@ def _push_pair(world: Any, force: Force) -> Chore:
     return push
 
 
-def _applied(world: Any, body: str) -> Callable[[Vector, Vector], None]:
+def _make_force(world: Any, body: str) -> Callable[[Vector, Vector], None]:
     """A function that applies a force at the centre of mass, whose position it is given.
 
     For a link the engine forms the torque with the position that it keeps, one step old: there a force has no torque.
@@ -141,7 +141,7 @@ def _strike(world: Any, scene: Scene) -> Chore:
     """A blow as a force over the step in which it falls."""
     dt, frame = world.dt, world.api.WORLD_FRAME
     struck = {impulse.body for impulse in scene.impulses}
-    known = {body: (world.motion_of(body), _applied(world, body)) for body in struck}
+    known = {body: (world.motion_of(body), _make_force(world, body)) for body in struck}
     twist = world.bound("applyExternalTorque")
 
     def strike(t: float) -> None:

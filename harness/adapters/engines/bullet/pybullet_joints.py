@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from gnomon.cases.core.scene import IDENTITY, Quaternion, Vector
-from gnomon.harness.adapters.engines.vectors import ORIGIN, along, cross, rotated, times, turned
+from gnomon.harness.adapters.engines.vectors import ORIGIN, along, cross, rotate, times, turn_arm
 
 Motion = tuple[Vector, Quaternion, Vector, Vector]
 """Position of the centre of mass, attitude, velocity and angular velocity, as in `Body`."""
@@ -78,18 +78,18 @@ class Multibody:
             arm = ORIGIN
         else:
             centre, attitude, velocity, spin = self.motion(link.before)
-            arm = rotated(attitude, self.links[link.before].arm)
+            arm = rotate(attitude, self.links[link.before].arm)
             joint = along(centre, arm, -1.0)
-        axis, step = rotated(attitude, link.axis), rotated(attitude, link.place)
+        axis, step = rotate(attitude, link.axis), rotate(attitude, link.place)
         if link.slides:
             step = along(step, axis, coordinate)
         velocity = along(velocity, cross(spin, along(step, arm, -1.0)), 1.0)
         if link.slides:
             velocity = along(velocity, axis, rate)
         else:
-            attitude = times(attitude, turned(link.axis, ORIGIN, coordinate)[0])
+            attitude = times(attitude, turn_arm(link.axis, ORIGIN, coordinate)[0])
             spin = along(spin, axis, rate)
-        lever = rotated(attitude, link.arm)
+        lever = rotate(attitude, link.arm)
         position = along(along(joint, step, 1.0), lever, 1.0)
         return position, attitude, along(velocity, cross(spin, lever), 1.0), spin
 

@@ -16,9 +16,9 @@ from gnomon.harness.adapters.engines.vectors import (
     cross,
     dot,
     inverse,
-    rotated,
+    rotate,
     times,
-    turned,
+    turn_arm,
     unit,
     upright_to,
 )
@@ -103,7 +103,7 @@ class Swivel:
 
     def __init__(self, world: Any, body: Body) -> None:
         self.world = world
-        arm = rotated(inverse(body.quaternion), body.position)
+        arm = rotate(inverse(body.quaternion), body.position)
         self.spun = max(range(3), key=lambda axis: abs(arm[axis]))
         self.tilted = (self.spun + 1) % 3
         first, second = AXES[self.spun], AXES[self.tilted]
@@ -114,7 +114,7 @@ class Swivel:
         self._set(body.quaternion, body.angular_velocity)
 
     def _set(self, attitude: Quaternion, spin: Vector) -> None:
-        b = rotated(attitude, AXES[self.spun])
+        b = rotate(attitude, AXES[self.spun])
         first = across(b)
         middle = unit(cross(first, b))
         sine, cosine = dot(cross(first, b), middle), dot(first, b)
@@ -122,7 +122,7 @@ class Swivel:
         axes[self.spun], axes[self.tilted], axes[(self.spun + 2) % 3] = first, middle, cross(first, middle)
         base = upright_to(axes[0], axes[2])
         tilt = atan2(sine, cosine)
-        rest = times(inverse(times(base, turned(AXES[self.tilted], ORIGIN, tilt)[0])), attitude)
+        rest = times(inverse(times(base, turn_arm(AXES[self.tilted], ORIGIN, tilt)[0])), attitude)
         outer, inner = dot(spin, first), dot(spin, b)
         self.multibody.turn_base(base)
         self.multibody.set_state(

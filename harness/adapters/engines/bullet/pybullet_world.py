@@ -12,7 +12,7 @@ from gnomon.harness.adapters.engines.bullet.pybullet_planes import MovingPlane, 
 from gnomon.harness.adapters.engines.bullet.pybullet_swivels import Pointer, Swivel, on_ropes
 from gnomon.harness.adapters.engines.bullet.pybullet_trees import grow, place_joints
 from gnomon.harness.adapters.engines.compiled_laws import Loads, loads_if_compiled
-from gnomon.harness.adapters.engines.vectors import ORIGIN, along, cross, dot, turned
+from gnomon.harness.adapters.engines.vectors import ORIGIN, along, cross, dot, turn_arm
 
 BREAKING_THRESHOLD = 0.02
 """The engine's default, set in every world because the value is global to the process."""
@@ -212,7 +212,7 @@ class World:
         for hinge in scene.hinges:
             if hinge.name in self.hinged:
                 number, _, arm = self.hinged[hinge.name]
-                attitude, lever = turned(hinge.axis, arm, hinge.angle)
+                attitude, lever = turn_arm(hinge.axis, arm, hinge.angle)
                 spin = along(ORIGIN, hinge.axis, hinge.rate)
                 poses.append((number, along(hinge.anchor, lever, 1.0), attitude))
                 twists.append((number, cross(spin, lever), spin))

@@ -13,7 +13,7 @@ from gnomon.cases.core.arithmetic import FUNCTIONS, rebind
 from gnomon.cases.core.scene import Hinge, Scene
 from gnomon.harness.adapters.engines.scene_run import LOAD, MOTION, loads_of
 from gnomon.harness.adapters.engines.vectors import along, cross, dot
-from gnomon.harness.kernels.straight_line import computed
+from gnomon.harness.kernels.straight_line import compute
 from gnomon.harness.kernels.traced import Trace
 
 
@@ -46,7 +46,7 @@ def _expressions(world: Any) -> tuple[Any, Any, Any]:
     parts = [_part(world, scene, name, state) for name in bodies]
     functions = {name: getattr(api, name) for name in FUNCTIONS if hasattr(api, name)}
     functions["hypot"] = lambda x, y: api.sqrt(x * x + y * y)
-    loads = computed(values, trace, t, [number for motion, _ in parts for number in motion], (), functions)
+    loads = compute(values, trace, t, [number for motion, _ in parts for number in motion], (), functions)
     total = [api.Expression(0.0)] * plant.num_velocities()
     for k, (_, rows) in enumerate(parts):
         for row, push in rows.items():

@@ -9,15 +9,15 @@ import pytest
 from gnomon.cases import get, names
 from gnomon.cases.core.case import Case
 from gnomon.cases.core.scene import SceneForm
-from gnomon.harness.adapters.engine_lines import DT, code, line_of, on_scene, recorded, setting_lines
+from gnomon.harness.adapters.engine_lines import DT, code, line_of, on_scene, record_options, setting_lines
 from gnomon.harness.adapters.engines import jsbsim, mujoco, pymunk
 from gnomon.harness.adapters.engines.bullet import pybullet
 from gnomon.harness.adapters.engines.scene_run import TIGHTER, SceneIntegrator
-from gnomon.harness.contract.declared import declared
+from gnomon.harness.contract.declared import read_declared
 from gnomon.harness.contract.integrator import Refused
 from gnomon.harness.contract.problem import problem_of
 
-SUITE = {name: get(*name.split("/")) for name in declared("running", "suites.toml")["engines"]["cases"]}
+SUITE = {name: get(*name.split("/")) for name in read_declared("running", "suites.toml")["engines"]["cases"]}
 FEW = {
     name: get(*name.split("/"))
     for name in (
@@ -38,7 +38,7 @@ def lines_of(policy: type[SceneIntegrator], cases: dict[str, Case]) -> Iterator[
         options = on_scene(one, case)
         if options is None:
             continue
-        values = recorded(one, case, DT)
+        values = record_options(one, case, DT)
         for option, value in options.items():
             line = line_of(one, option, value)
             if line not in seen:
@@ -198,7 +198,7 @@ def test_a_tighter_solver_runs_where_the_engine_iterates_alone(library: str) -> 
             if kind().unsupported(form) is not None:
                 continue
             try:
-                own, other = recorded(kind(), case, DT), recorded(twin(), case, DT)
+                own, other = record_options(kind(), case, DT), record_options(twin(), case, DT)
             except Refused:
                 continue
             assert {k: v for k, v in own.items() if k not in solver} == {

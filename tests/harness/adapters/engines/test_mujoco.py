@@ -14,7 +14,7 @@ import pytest
 from breadth import tenth
 from gnomon.cases import Case, get, names
 from gnomon.cases.core.scene import TOKENS, Body, Contact, Force, Impulse, Readings, Scene, SceneForm, Vector
-from gnomon.harness.adapters.engines.compiled_laws import compiled_laws
+from gnomon.harness.adapters.engines.compiled_laws import compile_laws
 from gnomon.harness.adapters.engines.compliant import damping_ratio, rebound
 from gnomon.harness.adapters.engines.mujoco import INTEGRATORS, Euler, EulerAsShipped, ImplicitFast, RungeKutta
 from gnomon.harness.adapters.engines.mujoco_model import PRESCRIBED
@@ -303,7 +303,7 @@ def test_scenes_that_differ_in_numbers_share_compiled_laws() -> None:
     for mu in (1.5, 2.5, 3.5):
         scene = get("kepler_orbit").scene
         assert scene is not None
-        laws = compiled_laws(scene.build((1.0, 0.0, 0.0, 1.0), (mu,)), (), lambda law, t: (law(t),))
+        laws = compile_laws(scene.build((1.0, 0.0, 0.0, 1.0), (mu,)), (), lambda law, t: (law(t),))
         assert laws is not None
         assert mu in laws.numbers or -mu in laws.numbers
         keys.append(laws.kernel.key)

@@ -25,7 +25,7 @@ from gnomon.harness.adapters.engines.bullet.pybullet import (
 )
 from gnomon.harness.adapters.engines.bullet.pybullet_world import World
 from gnomon.harness.adapters.engines.scene_run import SceneRun, step_counts
-from gnomon.harness.adapters.engines.vectors import turned
+from gnomon.harness.adapters.engines.vectors import turn_arm
 from gnomon.harness.contract.integrator import Floats, Refused
 from gnomon.harness.contract.problem import initial_state, problem_of
 from gnomon.harness.measuring.reference_solution import CaseSpec
@@ -472,7 +472,7 @@ def test_staggered_rates_of_sliders_hinges_and_pairs_are_of_order_two(name: str)
 
 def test_an_arm_is_rotated_with_its_attitude_also_with_a_part_along_the_axis() -> None:
     axis, arm = (0.6, 0.0, 0.8), (0.3, -0.5, 0.7)
-    (x, y, z, w), lever = turned(axis, arm, 2.3)
+    (x, y, z, w), lever = turn_arm(axis, arm, 2.3)
     v = np.array([x, y, z])
     assert w == pytest.approx(np.cos(1.15))
     assert v == pytest.approx(np.sin(1.15) * np.array(axis))

@@ -14,7 +14,7 @@ from gnomon.cases.core.registry import get
 from gnomon.harness.commands.pictures import failure_picture
 from gnomon.harness.measuring.reference_solution import CaseSpec
 from gnomon.harness.measuring.trials import DEPTHS, Trials
-from gnomon.harness.verification.claims import failed
+from gnomon.harness.verification.claims import fail_claim
 from gnomon.harness.verification.verify import Row
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -52,21 +52,21 @@ def test_the_picture_holds_the_solution_at_the_setting_of_the_failure() -> None:
     """The circles are the states that the integrator returns there, and the errors are their distances."""
     trials = Trials.of(planted_methods.signed, CaseSpec.of(get("pendulum_simple").rounded()), DEPTHS["low"])
     for setting in trials.settings:
-        found = failure_picture._measured(trials, f"{trials.named(setting)} to 1")
+        found = failure_picture._measure(trials, f"{trials.named(setting)} to 1")
         answer = trials.whole(setting)
         assert answer.states is not None
         assert found["setting"] == setting
         assert found["states"] == answer.states.tolist()
         assert max(found["errors"]) == answer.error
-    assert failure_picture._measured(trials, "start nan")["setting"] == trials.usual()
-    assert failure_picture._measured(trials, "h = 1e-300 to 1")["setting"] == trials.settings[-1]
+    assert failure_picture._measure(trials, "start nan")["setting"] == trials.usual()
+    assert failure_picture._measure(trials, "h = 1e-300 to 1")["setting"] == trials.settings[-1]
 
 
 def test_a_solution_that_is_missing_or_not_finite_leaves_the_exact_motion() -> None:
     """The picture is drawn nevertheless, and says why nothing is computed; huge values do not change its scale."""
     trials = Trials.of(planted_methods.good_rk4, CaseSpec.of(get("pendulum_simple").rounded()), DEPTHS["low"])
-    sound = failure_picture._measured(trials, "")
-    row = Row("runs", "pendulum_simple", failed("", "states", "none"))
+    sound = failure_picture._measure(trials, "")
+    row = Row("runs", "pendulum_simple", fail_claim("", "states", "none"))
 
     def drawn(found: dict[str, Any]) -> Any:
         return failure_picture._chart(trials.case, planted_methods.good_rk4, row, found).to_dict()

@@ -93,7 +93,7 @@ def form(
 
 
 def plain_parts(form: Hybrid, dimension: int, parameters: int) -> Callable[..., None]:
-    """`event_functions.compiled_parts`, uncompiled: the same functions in the same sequence."""
+    """`event_functions.compile_parts`, uncompiled: the same functions in the same sequence."""
     maps = {name: to_limit for name, _, to_limit in form.limits}
     signed = [
         lambda t, y, p, g=g: tuple(-g.direction * x for x in g.guard(t, y, p)) for g in form.transitions
@@ -132,8 +132,8 @@ def seen(monkeypatch: pytest.MonkeyPatch) -> set[tuple[str, str]]:
 
     before = sys.gettrace()
     monkeypatch.setattr(event_location, "call", lambda parts, t, y, p, out: parts(t, y, p, out))
-    monkeypatch.setattr(event_stepping, "compiled", lambda: run)
-    monkeypatch.setattr(event_functions, "compiled_parts", plain_parts)
+    monkeypatch.setattr(event_stepping, "compile_run", lambda: run)
+    monkeypatch.setattr(event_functions, "compile_parts", plain_parts)
     return edges
 
 

@@ -23,7 +23,7 @@ from gnomon.harness.integrators.gauss.gauss_fast import GaussFast, extrapolation
 from gnomon.harness.integrators.gauss.gauss_fast_layout import Equations, layout
 from gnomon.harness.integrators.gauss.gauss_fast_stages import next_state_exactly
 from gnomon.harness.integrators.gauss.lanes import each, power, put, root, row, totals
-from gnomon.harness.integrators.gauss.lanes_math import turned, turned_first
+from gnomon.harness.integrators.gauss.lanes_math import turn_lanes, turn_lanes_first
 from gnomon.harness.integrators.gauss.staged_equations import ON_LANES
 from gnomon.harness.kernels import machine
 from gnomon.harness.studies.growth import Subject, energy_errors
@@ -96,10 +96,10 @@ def test_sine_and_cosine_from_a_nearby_angle(turn: float, name: str) -> None:
     which = ("sin", "cos").index(name)
 
     def found(x: Any) -> Any:
-        return turned(x, turned_first(x - turn)[2])[which]
+        return turn_lanes(x, turn_lanes_first(x - turn)[2])[which]
 
     def base(x: Any) -> Any:
-        return turned(x, turned_first(x - turn)[2])[2][0]
+        return turn_lanes(x, turn_lanes_first(x - turn)[2])[2][0]
 
     kinds = ("small", "moderate", "tiny")
     values = np.concatenate([ARGUMENTS[kind][:2400] for kind in kinds])
@@ -336,7 +336,7 @@ def test_no_ensemble_passes_over_a_wall() -> None:
 def test_only_a_vector_with_a_wall_in_its_way_is_left(variant: str | None, left: int) -> None:
     case = get("rubber_tube_thin", variant).rounded()
     problem = problem_of(case, GaussFast.accepts)
-    eight, rows = gauss_fast_kernel.compiled_ensemble(problem.form, len(problem.parameters), 2)  # type: ignore[arg-type]
+    eight, rows = gauss_fast_kernel.compile_ensemble(problem.form, len(problem.parameters), 2)  # type: ignore[arg-type]
     starts, left_over = np.repeat(initial_state(case)[None], 8, axis=0), np.zeros(2, dtype=np.int64)
     out = np.empty((8, len(problem.times), 2))
     coefficients = table(True, gauss_fast.bandwidth(1e-10))
@@ -563,7 +563,7 @@ def test_a_step_at_a_fine_tolerance_loses_no_rounding(name: str) -> None:
     problem = problem_of(get(name).rounded(), GaussFast.accepts)
     found_layout = layout(problem.form, len(problem.parameters), problem.dimension)
     signature = "float float[1] float[1] float[2] float[1] float[2] float[2]"
-    probe = gauss_fast_kernel.compiled_for(found_layout, end_of_step, signature)
+    probe = gauss_fast_kernel.compile_for(found_layout, end_of_step, signature)
     count, second, coefficients = found_layout.count, found_layout.second_order, table(found_layout.second_order)
     moving = 2 * count if second else count
     draw = np.random.default_rng(8)
@@ -652,7 +652,7 @@ def test_right_hand_sides_are_counted() -> None:
 def test_counting_takes_no_other_kernel(monkeypatch: pytest.MonkeyPatch) -> None:
     """A kernel takes ten seconds to compile: it counts in a register, in a run that asks for it and in one that does not."""
     asked: list[tuple[Any, ...]] = []
-    monkeypatch.setattr(gauss_fast_kernel, "compiled", lambda *given: asked.append(given))
+    monkeypatch.setattr(gauss_fast_kernel, "compile_advance", lambda *given: asked.append(given))
     problem = problem_of(get("pendulum_simple").rounded(), GaussFast.accepts)
     for one in (problem, counting(problem)):
         GaussFast().prepare(one, 1e-9)

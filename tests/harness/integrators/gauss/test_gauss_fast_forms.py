@@ -59,7 +59,7 @@ def test_arrays_of_numpy_and_compiled_code_give_the_same_states(name: str) -> No
     given, problem, start, _ = arguments(name)
     times, tolerance = problem.times[:5] / 4, 1e-16
     coefficients, results = table(layout(*given).second_order, bandwidth(tolerance)), []
-    for run in (gauss_fast_kernel.compiled(*given), gauss_fast_kernel.on_arrays(*given)):
+    for run in (gauss_fast_kernel.compile_advance(*given), gauss_fast_kernel.on_arrays(*given)):
         out, stop = np.full((len(times), len(start)), np.nan), np.zeros(4, dtype=np.int64)
         run(problem.buffer, coefficients, start, times, tolerance, out, stop)
         assert stop[0] == 0
@@ -73,7 +73,7 @@ def test_the_same_for_an_ensemble_of_nine(name: str) -> None:
     given, problem, _, starts = arguments(name)
     times, tolerance, results = problem.times[:2] / 4, 1e-16, []
     coefficients = table(layout(*given).second_order, bandwidth(tolerance))
-    for one, rows in (gauss_fast_kernel.compiled_ensemble(*given), gauss_fast_kernel.ensemble_on_arrays(*given)):
+    for one, rows in (gauss_fast_kernel.compile_ensemble(*given), gauss_fast_kernel.ensemble_on_arrays(*given)):
         out, left_over = np.full((9, len(times), starts.shape[1]), np.nan), np.zeros(3, dtype=np.int64)
         one(problem.buffer, coefficients, starts, times, tolerance, out, left_over, lines(rows))
         assert not left_over[:2].any()
@@ -84,7 +84,7 @@ def test_the_same_for_an_ensemble_of_nine(name: str) -> None:
 def test_two_threads_give_the_states_of_one() -> None:
     """Both write to the scratch rows of one table."""
     given, problem, start, _ = arguments("lagrange_top")
-    run, coefficients = gauss_fast_kernel.compiled(*given), table(layout(*given).second_order, bandwidth(1e-12))
+    run, coefficients = gauss_fast_kernel.compile_advance(*given), table(layout(*given).second_order, bandwidth(1e-12))
     found: list[Any] = []
 
     def solve() -> None:
@@ -105,12 +105,12 @@ def test_kept_code_is_used_until_a_source_of_the_method_changes(monkeypatch: pyt
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     given, _, _, _ = arguments("pendulum_simple")
     compilations = []
-    compiled = machine.compiled
-    monkeypatch.setattr(machine, "compiled", lambda text: compilations.append(text) or compiled(text))
+    compiled = machine.compile_ir
+    monkeypatch.setattr(machine, "compile_ir", lambda text: compilations.append(text) or compiled(text))
     for sources in (gauss_fast_kernel.SOURCES, gauss_fast_kernel.SOURCES, "others"):
         monkeypatch.setattr(machine, "_linked", {})  # as in another process
         monkeypatch.setattr(gauss_fast_kernel, "SOURCES", sources)
-        gauss_fast_kernel.compiled.__wrapped__(*given)
+        gauss_fast_kernel.compile_advance.__wrapped__(*given)
     assert len(compilations) == 2
 
 

@@ -70,7 +70,7 @@ def test_order_at_fixed_steps(name: str) -> None:
     steps = [problem.interval * k for k in (8, 4, 2, 1, 0.5, 0.25)]
     errors = []
     for h in steps:
-        states = radau.prepared(problem, 1e-14, h)(start).states[0]
+        states = radau.prepare_solver(problem, 1e-14, h)(start).states[0]
         # Between steps the collocation polynomial is of order 3: samples that are steps count.
         errors.append(float(np.max(case.metric.distance(states[7::8], exact[7::8]))))
     assert fit_order(steps, errors, floor=1e-14) == of_order(5)
@@ -258,7 +258,7 @@ def test_changes_that_do_not_shrink_are_no_solution() -> None:
     table, one = radau.table(), np.zeros(1)
     real, both = np.zeros((1, 1)), np.zeros((1, 1), dtype=np.complex128)
     pivots = np.zeros(1, dtype=np.int64)
-    assert radau_steps.factored(np.zeros(1), 1.0, table, real, pivots, both, pivots)
+    assert radau_steps.factor_shifted(np.zeros(1), 1.0, table, real, pivots, both, pivots)
     tolerance = 1.0
     iterations = radau_steps.newton(
         drifting, 0.0, 1.0, np.zeros(1), (), table, tolerance, one, np.zeros((3, 1)), np.ones(1), real, pivots, both,

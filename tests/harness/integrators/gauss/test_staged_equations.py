@@ -6,9 +6,9 @@ from typing import Any
 
 import pytest
 from case_equations import EVERY
-from gnomon.harness.integrators.gauss.staged_equations import Staged, expensive, poles, sign
+from gnomon.harness.integrators.gauss.staged_equations import Staged, is_expensive, poles, sign
 from gnomon.harness.kernels.derivatives import jacobian
-from gnomon.harness.kernels.traced import Trace, traced
+from gnomon.harness.kernels.traced import Trace, trace_form
 
 
 def staged(values: Sequence[Any], poles: Sequence[Any] = ()) -> Staged:
@@ -36,7 +36,7 @@ def evaluated(
 
 def traced_case(name: str) -> tuple[Trace, tuple[Any, ...]]:
     trace = Trace(EVERY[name].dimension, EVERY[name].parameters)
-    return trace, traced(EVERY[name].form, trace)
+    return trace, trace_form(EVERY[name].form, trace)
 
 
 @pytest.mark.parametrize("name", EVERY)
@@ -120,4 +120,4 @@ def test_a_vector_is_divided_by_a_number_with_its_inverse_of_an_earlier_stage() 
     k = equations.constants([0.25])
     assert equations.slopes([2.0, 3.0], equations.forcing(5.0, k), k) == (8.0, 3.0 / 5.0, 20.0)
     assert asked == [(0.25, 4.0), (5.0, 0.2), (0.25, 4.0)]
-    assert [expensive(z) for z in (x / p, x / 3, x / y, x * y, x**2)] == [False, True, True, False, True]
+    assert [is_expensive(z) for z in (x / p, x / 3, x / y, x * y, x**2)] == [False, True, True, False, True]

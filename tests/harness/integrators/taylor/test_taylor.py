@@ -13,7 +13,7 @@ from gnomon.cases.core import registry
 from gnomon.cases.core.arithmetic import mpmath_arithmetic, rebind
 from gnomon.cases.core.forms import FirstOrder, Values
 from gnomon.harness.contract.integrator import Problem, Refused
-from gnomon.harness.contract.problem import accepted_form
+from gnomon.harness.contract.problem import find_accepted_form
 from gnomon.harness.integrators.taylor import recurrences
 from gnomon.harness.integrators.taylor.recurrences import STRIDE
 from gnomon.harness.integrators.taylor.taylor import Taylor, order_for, start_sizes
@@ -69,14 +69,14 @@ def test_order_at_fixed_order_and_step(order: int, coarsest: int) -> None:
 
 
 def first_order_cases() -> list[str]:
-    return [name for name in registry.names() if accepted_form(registry.get(name), (FirstOrder,)) is not None]
+    return [name for name in registry.names() if find_accepted_form(registry.get(name), (FirstOrder,)) is not None]
 
 
 @pytest.mark.parametrize("name", first_order_cases())
 def test_coefficients_of_every_case(name: str) -> None:
     """The residual is C h^order; an error in the coefficient of order k would leave one of order k - 1."""
     case = registry.get(name)
-    form = accepted_form(case, (FirstOrder,))
+    form = find_accepted_form(case, (FirstOrder,))
     assert isinstance(form, FirstOrder)
     with working(500) as mp:
         state = [mp.mpf(x.numerator) / x.denominator for x in case.initial_state]
