@@ -113,7 +113,7 @@ bench: $(INSTALLED)
 
 # docs/cases.md: all cases and checks with their files.
 catalogue: $(INSTALLED)
-	$(BIN)/python tests/helpers/catalogue.py
+	$(BIN)/python -m gnomon.harness.reporting.publication.catalogue
 
 # The documentation site, without a network: site/index.html.
 docs:

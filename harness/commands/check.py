@@ -171,7 +171,7 @@ def _bound(text: str) -> Bound:
 
 
 def _draw(result: TrajectoryCheck, path: Path) -> None:
-    from gnomon.harness.commands.show_case import save  # as above
+    from gnomon.harness.reporting.images import save  # as above
 
     if result.comparison is None:
         out.print("nothing is drawn: the file was not compared", highlight=False)

@@ -243,7 +243,7 @@ def _write(job: Job, found: Distribution, path: Path) -> None:
     if job.sides[0] != job.sides[1] and lacking is not None:
         out.print(escape(f"no map: {lacking} is not installed; {extras.install('report')}"), highlight=False)
     elif job.sides[0] != job.sides[1]:
-        from gnomon.harness.reporting import ensemble_picture
+        from gnomon.harness.reporting.pictures import ensemble_picture
 
         one, other = (chosen.vary[k] for k in job.sides)
         units = chosen.prepared.unit(one.name), chosen.prepared.unit(other.name)

@@ -18,7 +18,8 @@ def show(
 ) -> None:
     """Print a case (equations, parameters, quantities, variants) or a check; draw the motion to a file."""
     # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
-    from gnomon.harness.commands.show_case import describe, describe_check, equations_in_latex
+    from gnomon.harness.commands.show_case import describe, describe_check
+    from gnomon.harness.kernels.case_equations import equations_in_latex
 
     from gnomon import cases
 
@@ -38,7 +39,7 @@ def show(
     else:
         describe(chosen, out, source)
     if plot is not None:
-        from gnomon.harness.commands.pictures.motion_picture import draw
+        from gnomon.harness.reporting.pictures.motion_picture import draw
 
         draw(chosen, plot)
         out.print(f"The motion is drawn in {plot}.")

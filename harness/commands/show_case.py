@@ -1,27 +1,20 @@
-"""Print a case or a check for `gnomon show`; write a drawing."""
+"""Print a case or a check for `gnomon show`."""
 
 import inspect
-import sys
 import textwrap
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from fractions import Fraction
-from pathlib import Path
 from typing import Any
 
 from gnomon.cases import Case, Check
 from gnomon.cases.core import forms
 from gnomon.cases.core.numbers import show as number
-from gnomon.harness.kernels.equation_text import EquationText, equation_text, function_text
-from gnomon.harness.kernels.formula import plain
-from gnomon.harness.kernels.latex import latex
-from gnomon.reference.storage import diskcache
+from gnomon.harness.kernels.case_equations import formulas
+from gnomon.harness.registry.selection import source_file
 from rich.console import Console
 from rich.markup import escape
 from rich.syntax import Syntax
 from rich.table import Table
-
-POINTS = 1200
-
 
 FUNCTIONS = (
     (forms.SecondOrder, "acceleration", "q'' = acceleration(t, q, parameters)"),
@@ -75,30 +68,6 @@ def describe_check(check: Check, out: Console) -> None:
     _variants(check, out)
 
 
-def save(specification: dict[str, Any], path: Path) -> None:
-    """Write a drawing, a specification of Vega-Lite with its data, to a file with an ending of `options.DRAWINGS`.
-
-    Altair's own way to a file takes seconds to copy and to validate the data.
-    """
-    import vl_convert  # slow to load: only a drawing needs it
-
-    if path.suffix == ".html":
-        written = vl_convert.vegalite_to_html(specification, bundle=True).encode()
-    else:
-        svg = vl_convert.vegalite_to_svg(specification)
-        written = svg.encode() if path.suffix == ".svg" else vl_convert.svg_to_png(svg, scale=2)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    diskcache.replace(path, written)
-
-
-def source_file(kind: type) -> str:
-    """The file of a class: below the root of the repository if it is gnomon's own, as `cases/orbits/two_body.py`."""
-    package, _, rest = kind.__module__.partition(".")
-    if package == "gnomon":
-        return f"{rest.replace('.', '/')}.py"
-    return getattr(sys.modules[kind.__module__], "__file__", None) or kind.__module__
-
-
 def _head(shown: Case | Check, kinds: Mapping[str, type], out: Console) -> None:
     out.print(f"[bold]{escape(shown.title)}[/]  {escape(shown.id)}   (Beatty, Dynamics, {escape(shown.section)})")
     for word, kind in kinds.items():
@@ -114,51 +83,6 @@ def _code(title: str, functions: Iterable[tuple[str, Callable[..., Any]]], out: 
             out.print(f"[italic]{escape(words)}[/]")
         text = textwrap.dedent(inspect.getsource(function).rstrip())
         out.print(Syntax(text, "python", background_color="default", word_wrap=True))
-
-
-def equations_in_latex(case: Case) -> Iterator[str]:
-    """The equations of motion as LaTeX; for a hybrid case, the equations of each mode after a comment with its name."""
-    coordinates = [x.name for x in case.state]
-    for mode, text in _equations(case):
-        yield (f"% mode {mode}\n" if mode else "") + latex(text, coordinates)
-
-
-def _equations(case: Case) -> Iterator[tuple[str, EquationText]]:
-    """The equations of motion, or the equations of each mode of a hybrid case with its name."""
-    coordinates, parameters = [x.name for x in case.state], [x.name for x in case.parameter_list]
-    if case.hybrid is None:
-        traceable = (forms.FirstOrder, forms.SecondOrder, forms.RigidBody)
-        form = next(form for form in case.all_forms() if isinstance(form, traceable))
-        yield "", equation_text(form, coordinates, parameters)
-        return
-    for mode in case.hybrid.modes:
-        names = [*parameters, *(f"({value!r})" for value in mode.constants)]
-        yield mode.name, equation_text(forms.FirstOrder(mode.equations), coordinates, names)
-
-
-def formulas(case: Case) -> list[str] | None:
-    """The equations of motion as formulas, a line each; None if they cannot be traced, as equations that branch."""
-    coordinates, parameters = ([x.name for x in each] for each in (case.state, case.parameter_list))
-    lines: list[str] = []
-    try:
-        for mode, text in _equations(case):
-            found = plain(text, [f"{name}' =" for name in coordinates])
-            lines += [f"{mode}:", *(f"  {line}" for line in found)] if mode else found
-        for transition in case.hybrid.transitions if case.hybrid is not None else ():
-            lines += _transition(transition, coordinates, parameters)
-    except (ValueError, StopIteration):
-        return None
-    return lines
-
-
-def _transition(transition: forms.Transition, coordinates: list[str], parameters: list[str]) -> Iterator[str]:
-    """The condition under which a mode ends, and the numbers that change then."""
-    crosses = "rises" if transition.direction > 0 else "falls"
-    guard, *named = plain(function_text(transition.guard, coordinates, parameters), ["as"])
-    yield f"{transition.name} ends {transition.mode}, {guard} {crosses} to 0"
-    changes = plain(function_text(transition.reset, coordinates, parameters), [f"{name} ->" for name in coordinates])
-    kept = {f"{name} -> {name}" for name in coordinates}
-    yield from (f"  {line}" for line in (*named, *changes) if line not in kept)
 
 
 def _functions(case: Case) -> Iterator[tuple[str, Callable[..., Any]]]:

@@ -265,7 +265,7 @@ def _compare(
 
 def _draw(chosen: Integrator, case: CaseLike, report: Report, path: Path) -> None:
     """Draw the only row of a report."""
-    from gnomon.harness.commands.pictures.failure_picture import draw
+    from gnomon.harness.reporting.pictures.failure_picture import draw
 
     if report.rows:
         draw(chosen, report.depth, report.rows[0], case, path)

@@ -1,5 +1,6 @@
 """Selects cases by name, and cases and integrators by the options --library, --family and --kind."""
 
+import sys
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Protocol, TypeVar, get_args
 
@@ -102,6 +103,14 @@ def family(case: type[Case]) -> str:
     """The folder of cases/ that a case is in; its module for a user's own."""
     parts = case.__module__.split(".")
     return parts[2] if parts[:2] == ["gnomon", "cases"] else case.__module__
+
+
+def source_file(kind: type) -> str:
+    """The file of a class: below the root of the repository if it is gnomon's own, as `cases/orbits/two_body.py`."""
+    package, _, rest = kind.__module__.partition(".")
+    if package == "gnomon":
+        return f"{rest.replace('.', '/')}.py"
+    return getattr(sys.modules[kind.__module__], "__file__", None) or kind.__module__
 
 
 def cases_of(

@@ -1,4 +1,4 @@
-"""The printed figures: SVG and PNG files of Vega-Lite specifications, made small, on all cores."""
+"""Writes specifications of Vega-Lite as files: a drawing, or the printed figures as small SVG and PNG on all cores."""
 
 import io
 import itertools
@@ -39,6 +39,22 @@ def _write(drawing: tuple[dict[str, Any], Path]) -> None:
     svg = vl_convert.vegalite_to_svg(specification)
     diskcache.replace(path.with_suffix(".svg"), leaner(svg).encode())
     diskcache.replace(path.with_suffix(".png"), smaller(vl_convert.svg_to_png(svg, scale=PNG_SCALE)))
+
+
+def save(specification: dict[str, Any], path: Path) -> None:
+    """Write a drawing, a specification of Vega-Lite with its data, to a file .html, .svg or .png.
+
+    Altair's own way to a file takes seconds to copy and to validate the data.
+    """
+    import vl_convert  # as above
+
+    if path.suffix == ".html":
+        written = vl_convert.vegalite_to_html(specification, bundle=True).encode()
+    else:
+        svg = vl_convert.vegalite_to_svg(specification)
+        written = svg.encode() if path.suffix == ".svg" else vl_convert.svg_to_png(svg, scale=2)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    diskcache.replace(path, written)
 
 
 def smaller(png: bytes) -> bytes:

@@ -187,7 +187,7 @@ class Comparison:
         require("report", "a chart")
         import altair  # an optional package
 
-        from gnomon.harness.commands.plot import specification
+        from gnomon.harness.reporting.pictures.work_pictures import specification
 
         return altair.Chart.from_dict(specification(Path(self._folder.name) / "results.sqlite"))
 

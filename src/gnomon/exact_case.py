@@ -10,9 +10,9 @@ from mpmath.libmp import to_str
 
 from gnomon.cases.core import registry
 from gnomon.cases.core.case import Case
-from gnomon.harness.commands.show_case import equations_in_latex, formulas
 from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.contract.validation import short
+from gnomon.harness.kernels.case_equations import equations_in_latex, formulas
 from gnomon.harness.registry import lookup, selection
 from gnomon.harness.running.own_functions import CaseEquations
 from gnomon.harness.system.extras import require
@@ -194,7 +194,7 @@ class ExactCase:
         >>> gnomon.case("kepler_orbit").plot().save("orbit.svg")
         """
         require("report", "a chart")
-        from gnomon.harness.commands.pictures.motion_picture import chart  # loads Altair, an optional package
+        from gnomon.harness.reporting.pictures.motion_picture import chart  # loads Altair, an optional package
 
         return chart(self.case)
 

@@ -62,7 +62,7 @@ def history(
     if apart:
         problems.print(f"{apart} times of other machines are left out", highlight=False)
     if drawing is not None:
-        from gnomon.harness.commands.show_case import save
+        from gnomon.harness.reporting.images import save
 
         save(specification(entries, rows), drawing)
         out.print(f"drawn: {escape(str(drawing))}", highlight=False)

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 import synthetic
 from command_line import gnomon
-from gnomon.harness.commands import show_case
+from gnomon.harness.reporting import images
 from gnomon.harness.results import store
 from gnomon.harness.system import extras
 
@@ -23,8 +23,8 @@ def titles(specification: dict[str, Any]) -> list[str]:
 
 def test_a_picture_has_a_diagram_for_each_case_with_its_own_points(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     written: list[dict[str, Any]] = []
-    save = show_case.save
-    monkeypatch.setattr(show_case, "save", lambda drawing, path: (written.append(drawing), save(drawing, path)))
+    save = images.save
+    monkeypatch.setattr(images, "save", lambda drawing, path: (written.append(drawing), save(drawing, path)))
     assert gnomon("plot", str(run), "--out", str(run.with_suffix(".svg"))) == 0
     assert run.with_suffix(".svg").read_text().startswith("<svg")
     (whole,) = written

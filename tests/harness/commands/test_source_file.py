@@ -5,7 +5,8 @@ import io
 from pathlib import Path
 
 import pytest
-from gnomon.harness.commands.show_case import describe, describe_check, source_file
+from gnomon.harness.commands.show_case import describe, describe_check
+from gnomon.harness.registry.selection import source_file
 from rich.console import Console
 
 from gnomon import cases

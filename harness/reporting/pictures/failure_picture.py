@@ -15,10 +15,10 @@ import altair as alt
 import numpy as np
 import pandas as pd
 from gnomon.cases import Case
-from gnomon.harness.commands.show_case import POINTS, save
 from gnomon.harness.contract.integrator import Integrator, Tolerance
 from gnomon.harness.measuring.trials import DEPTHS, HALF_ULP, Trials
 from gnomon.harness.registry import selection
+from gnomon.harness.reporting.images import save
 from gnomon.harness.reporting.style import INK, QUIET, dress
 from gnomon.harness.results.convergence_order import LARGEST_ERROR
 from gnomon.harness.results.visible import visible
@@ -26,6 +26,8 @@ from gnomon.harness.system.supervisor import run
 from gnomon.harness.verification.claims import TEXTS, Finding, Outcome
 from gnomon.harness.verification.verify import CaseJob, Row
 
+POINTS = 1200
+"""The largest number of points of a line of the exact motion."""
 MOST_ROWS = 5000
 """Altair refuses longer tables."""
 WIDTH, MARGIN = 640, 48
@@ -42,7 +44,7 @@ TICKS = 6
 def draw(integrator: Integrator, depth: str, row: Row, on: selection.CaseLike, path: Path) -> None:
     """Draw the motion and the errors behind a claim on the case `on`, at the setting that the row names.
 
-    `path`: a file with an ending of `DRAWINGS`. The integrator runs in its own process. Raises ValueError if this
+    `path`: a file whose name ends in .svg, .png or .html. The integrator runs in its own process. Raises ValueError if this
     process hangs or ends.
     """
     (case,) = selection.find_cases([on])

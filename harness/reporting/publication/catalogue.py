@@ -1,16 +1,18 @@
-"""Writes docs/cases.md, the list of all cases and checks with their files: `make catalogue`."""
+"""Writes docs/cases.md, the list of all cases and checks with their files.
+
+`make catalogue` is `python -m gnomon.harness.reporting.publication.catalogue`, in a working tree.
+"""
 
 from itertools import groupby
 from pathlib import Path
 
 from gnomon.cases.core.registry import Entry, entry
-from gnomon.harness.commands.show_case import source_file
+from gnomon.harness.registry.selection import source_file
 from gnomon.harness.reporting.report_charts import slug
 
 from gnomon import cases
 
-ROOT = Path(__file__).parents[2]
-PAGE = ROOT / "docs" / "cases.md"
+PAGE = Path("docs/cases.md")
 HEAD = """# Cases and checks
 
 Each case with its file, the file of its exact motion, and a chart of the published report where there is one.
@@ -37,7 +39,7 @@ def _folder(row: Entry) -> str:
 def _case_row(row: Entry) -> str:
     case = cases.get(row.name)
     chart = f"reports/figures/{slug(row.name)}.svg"
-    shown = f"`{chart}`" if (ROOT / chart).is_file() else ""
+    shown = f"`{chart}`" if Path(chart).is_file() else ""
     files = f"`{source_file(type(case))}` | `{source_file(type(case.motion()))}`"
     return f"| {row.name} | {row.title} | {case.section} | {files} | {shown} |"
 
@@ -48,4 +50,4 @@ def _check_row(row: Entry) -> str:
 
 
 if __name__ == "__main__":
-    PAGE.write_text(page())
+    PAGE.write_text(page(), encoding="utf-8")

@@ -11,9 +11,9 @@ import planted_methods
 import pytest
 from command_line import gnomon
 from gnomon.cases.core.registry import get
-from gnomon.harness.commands.pictures import failure_picture
 from gnomon.harness.measuring.reference_solution import CaseSpec
 from gnomon.harness.measuring.trials import DEPTHS, Trials
+from gnomon.harness.reporting.pictures import failure_picture
 from gnomon.harness.verification.claims import fail_claim
 from gnomon.harness.verification.verify import Row
 

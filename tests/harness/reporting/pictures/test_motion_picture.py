@@ -3,8 +3,8 @@
 from typing import Any
 
 import pytest
-from gnomon.harness.commands.pictures.motion_picture import chart
 from gnomon.harness.measuring.drawn_motion import planes
+from gnomon.harness.reporting.pictures.motion_picture import chart
 
 from gnomon import cases
 

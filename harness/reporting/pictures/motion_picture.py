@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 from gnomon.cases import Case
-from gnomon.harness.commands.show_case import save
 from gnomon.harness.measuring.drawn_motion import curve, planes
+from gnomon.harness.reporting.images import save
 from gnomon.harness.reporting.style import INK, dress
 
 WIDTH, HEIGHT = 640, 180
@@ -22,7 +22,7 @@ LEAST = 1e-9
 
 
 def draw(case: Case, path: Path) -> None:
-    """Draw the exact motion to a file with an ending of `options.DRAWINGS`."""
+    """Draw the exact motion to a file whose name ends in .svg, .png or .html."""
     found, data = _charts(case)
     save(found.to_dict(validate=False) | {"datasets": data}, path)
 

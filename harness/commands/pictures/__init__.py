@@ -1,1 +1,0 @@
-"""Pictures of motions and of failures, as the commands draw them."""
