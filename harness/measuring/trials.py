@@ -47,21 +47,11 @@ COUNTS = 6
 
 
 @dataclass(frozen=True)
-class Depth:
-    """The extent of a verification: fixed steps in one solution, processor seconds of the longest, cases, variants."""
+class Extent:
+    """The most that a solution takes: fixed steps, and processor seconds after which no harder setting is solved."""
 
-    name: str
     steps: int
     seconds: float
-    cases: int
-    variants: int
-
-
-DEPTHS = {
-    "low": Depth("low", 64 * 64, 1.0, 3, 2),
-    "normal": Depth("normal", 64 * 1024, 5.0, 6, 6),
-    "high": Depth("high", 64 * 16384, 60.0, 100, 1000),
-}
 
 
 @dataclass(frozen=True)
@@ -119,8 +109,8 @@ class Trials:
 
     moving, longest = False, math.inf
 
-    def __init__(self, integrator: Integrator, case: Case, reference: ReferenceSolution, depth: Depth) -> None:
-        self.integrator, self.case, self.reference, self.depth = integrator, case, reference, depth
+    def __init__(self, integrator: Integrator, case: Case, reference: ReferenceSolution, extent: Extent) -> None:
+        self.integrator, self.case, self.reference, self.extent = integrator, case, reference, extent
         self.scorer = Scorer(case, None, reference)
         self.start: Floats = reference.start
         self._answers: dict[tuple[int, float, bool], Answer] = {}
@@ -140,8 +130,8 @@ class Trials:
         return self.integrator.sweep.coarsest * float(self.reference.time_scale)
 
     @classmethod
-    def of(cls, integrator: Integrator, spec: CaseSpec, depth: Depth) -> Trials:
-        return cls(integrator, spec.build()[0], reference_solution(spec), depth)
+    def of(cls, integrator: Integrator, spec: CaseSpec, extent: Extent) -> Trials:
+        return cls(integrator, spec.build()[0], reference_solution(spec), extent)
 
     @property
     def steps(self) -> bool:
@@ -153,10 +143,10 @@ class Trials:
 
     @cached_property
     def settings(self) -> tuple[float, ...]:
-        """The settings of the sweep within this depth, from cheap to expensive."""
+        """The settings of the sweep within the extent, from cheap to expensive."""
         found = sweep_settings(self.integrator, self.case, self.problem())
         span = float(self.reference.times[-1])
-        return tuple(s for s in found if span / s < self.depth.steps * 1.01) if self.steps else found
+        return tuple(s for s in found if span / s < self.extent.steps * 1.01) if self.steps else found
 
     def problem(self, halvings: int = 0, counted: bool = False, end: bool = False) -> Problem:
         """The problem over the span divided by 2^halvings; with `end`, its only sample is at the end."""
@@ -169,13 +159,13 @@ class Trials:
         return self.problem(counted=self.integrator.counts_rhs)
 
     def answers(self) -> list[Answer]:
-        """The answers over the whole span, up to the first setting that takes longer than this depth allows."""
+        """The answers over the whole span, up to the first setting that takes longer than the extent allows."""
         found: list[Answer] = []
         for setting in self.settings:
             found.append(self.whole(setting))
-            if found[-1].seconds > self.depth.seconds and getattr(self.integrator, "compiles", False):
+            if found[-1].seconds > self.extent.seconds and getattr(self.integrator, "compiles", False):
                 found[-1] = self._answers[0, setting, False] = self._answer(setting, 0, False)
-            if found[-1].seconds > self.depth.seconds:
+            if found[-1].seconds > self.extent.seconds:
                 break
         return found
 

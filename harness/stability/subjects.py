@@ -11,7 +11,10 @@ from gnomon.cases.core.registry import get, names
 from gnomon.harness.contract.integrator import Floats, Integrator, Refused
 from gnomon.harness.contract.problem import takes
 from gnomon.harness.measuring.reference_solution import CaseSpec
-from gnomon.harness.measuring.trials import DEPTHS, Trials
+from gnomon.harness.measuring.trials import Extent, Trials
+
+EXTENT = Extent(steps=64 * 1024, seconds=5.0)
+"""The most that a solution of a panel takes."""
 
 
 class Budget:
@@ -56,7 +59,7 @@ def smooth_reason(integrator: Integrator) -> str | None:
 
 def trials_of(integrator: Integrator, name: str, variant: str | None = None) -> Trials:
     """The trials of an integrator on a case. The reference solutions of default variants come with the package."""
-    found = Trials.of(integrator, CaseSpec.of(get(name, variant).rounded()), DEPTHS["normal"])
+    found = Trials.of(integrator, CaseSpec.of(get(name, variant).rounded()), EXTENT)
     found.moving = True
     return found
 

@@ -23,11 +23,11 @@ from gnomon.harness.measuring.null_call import null_call
 from gnomon.harness.measuring.perturbed_starts import perturb_start
 from gnomon.harness.measuring.prepared import Prepared
 from gnomon.harness.measuring.reference_solution import CaseSpec
-from gnomon.harness.measuring.trials import DEPTHS, Trials
+from gnomon.harness.measuring.trials import Trials
 from gnomon.harness.registry import lookup, selection
 from gnomon.harness.registry.environment import library_version
 from gnomon.harness.studies.benchmarks import spread
-from gnomon.harness.verification.claims import TEXTS, TIME, Finding, Outcome, fail_claim, not_applicable
+from gnomon.harness.verification.claims import DEPTHS, TEXTS, TIME, Finding, Outcome, fail_claim, not_applicable
 from gnomon.harness.verification.other_version import Other
 from gnomon.harness.verification.program_process import ProgramProcess
 

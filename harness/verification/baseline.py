@@ -24,11 +24,11 @@ from gnomon.harness.contract.status import SCORED, Status
 from gnomon.harness.measuring.failures import status_of
 from gnomon.harness.measuring.perturbed_starts import perturb_start
 from gnomon.harness.measuring.score import INACCURATE
-from gnomon.harness.measuring.trials import DEPTHS, Floats, Trials
+from gnomon.harness.measuring.trials import Floats, Trials
 from gnomon.harness.results.regression import Verdict, compare
 from gnomon.harness.system.files import read_text
 from gnomon.harness.system.supervisor import run
-from gnomon.harness.verification.claims import Finding, Outcome
+from gnomon.harness.verification.claims import DEPTHS, Finding, Outcome
 from gnomon.harness.verification.verify import CaseJob, Row, plan_verification
 from gnomon.reference.numerics.precision import shortened
 from gnomon.reference.storage.version import VERSION

@@ -14,11 +14,11 @@ from gnomon.cases import Case
 from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.measuring.reference_solution import CaseSpec
 from gnomon.harness.measuring.score import INACCURATE
-from gnomon.harness.measuring.trials import DEPTHS, Answer, Depth, Trials
+from gnomon.harness.measuring.trials import Answer, Trials
 from gnomon.harness.registry import selection
 from gnomon.harness.results.visible import show
 from gnomon.harness.system import extras
-from gnomon.harness.verification.claims import Finding, Outcome
+from gnomon.harness.verification.claims import DEPTHS, Depth, Finding, Outcome
 from gnomon.harness.verification.convergence_claims import sum_allowed_errors
 from gnomon.harness.verification.verification_report import command, failure, read_known
 from gnomon.harness.verification.verify import ACCURACY, CLAIMS, FOLLOWS, Report, Row, plan_verification

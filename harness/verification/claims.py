@@ -1,4 +1,4 @@
-"""Claims about an integrator: statement, reason, bound and verification of each."""
+"""Claims about an integrator: statement, reason, bound and verification of each; the depths of a verification."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 
 from gnomon.harness.contract.declared import read_declared
 from gnomon.harness.contract.integrator import Unsupported
-from gnomon.harness.measuring.trials import Trials
+from gnomon.harness.measuring.trials import Extent, Trials
 from gnomon.harness.studies import preflight
 
 
@@ -59,6 +59,21 @@ def within(allowed: float, got: float, setting: str, expected: str) -> Finding:
     """Whether a number is at most as large as allowed."""
     return pass_claim(f"{got:.2g}") if got <= allowed else fail_claim(setting, expected, f"{got:.2g}")
 
+
+@dataclass(frozen=True)
+class Depth(Extent):
+    """How thoroughly an integrator is verified: the extent of its trials, and the number of cases and of hard variants."""
+
+    name: str
+    cases: int
+    variants: int
+
+
+DEPTHS = {
+    "low": Depth(64 * 64, 1.0, "low", 3, 2),
+    "normal": Depth(64 * 1024, 5.0, "normal", 6, 6),
+    "high": Depth(64 * 16384, 60.0, "high", 100, 1000),
+}
 
 TEXTS: dict[str, dict[str, Any]] = read_declared("verification", "claims.toml") | preflight.TEXTS
 """The statement, reason and bound of each claim by id, the most informative claims first, then of each pre-flight."""

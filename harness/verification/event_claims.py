@@ -200,7 +200,7 @@ def _answers(trials: Trials, halvings: int) -> Sequence[Answer]:
 
 def _step_sizes(trials: Trials, interval: float) -> list[float]:
     """Step sizes of the sweep, from one step in a sampling interval to `STEPS` steps in all."""
-    sizes = [interval / 2**k for k in range(64) if 64 * 2**k <= min(STEPS, trials.depth.steps)]
+    sizes = [interval / 2**k for k in range(64) if 64 * 2**k <= min(STEPS, trials.extent.steps)]
     return [h for h in sizes if h <= trials.longest_step]
 
 

@@ -59,11 +59,11 @@ def _allow_error(trials: Trials, answer: Answer) -> float:
 
 @claim("turned", _has_turning)
 def _check_turned(trials: Trials) -> Finding:
-    """The errors from turned starts, at the tightest accurate setting that takes at most the seconds of this depth."""
-    quick = [a for a in trials.answers() if a.seconds <= trials.depth.seconds]
+    """The errors from turned starts, at the tightest accurate setting that takes at most the seconds of the extent."""
+    quick = [a for a in trials.answers() if a.seconds <= trials.extent.seconds]
     usable = [a for a in quick if not a.declined and a.error < LARGEST_ERROR]
     if not usable:
-        return not_applicable(f"no setting with an error below {LARGEST_ERROR:g} within {trials.depth.seconds:g} s")
+        return not_applicable(f"no setting with an error below {LARGEST_ERROR:g} within {trials.extent.seconds:g} s")
     answer = usable[-1]
     allowed = _allow_error(trials, answer)
     if not allowed < LARGEST_ERROR:

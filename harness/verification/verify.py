@@ -21,7 +21,7 @@ from gnomon.harness.contract.problem import problem_of, takes
 from gnomon.harness.contract.validation import Unusable
 from gnomon.harness.contract.velocity_forces import VelocityForces, require_velocities
 from gnomon.harness.measuring.reference_solution import CaseSpec
-from gnomon.harness.measuring.trials import DEPTHS, Depth, Trials
+from gnomon.harness.measuring.trials import Trials
 from gnomon.harness.registry import declaration, lookup, references, selection
 from gnomon.harness.studies import preflight
 from gnomon.harness.system.limitations import need_fork
@@ -37,9 +37,11 @@ from gnomon.harness.verification import (
     structure_claims,
 )
 from gnomon.harness.verification.claims import (
+    DEPTHS,
     TEXTS,
     TIME,
     Claim,
+    Depth,
     Finding,
     Outcome,
     fail_claim,

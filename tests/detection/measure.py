@@ -33,11 +33,11 @@ from gnomon.cases.core.scene import SceneForm
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solution, Steps, solver_of
 from gnomon.harness.contract.problem import takes
 from gnomon.harness.measuring.reference_solution import CaseSpec
-from gnomon.harness.measuring.trials import DEPTHS, Trials
+from gnomon.harness.measuring.trials import Trials
 from gnomon.harness.registry import lookup
 from gnomon.harness.studies import preflight
 from gnomon.harness.studies.related_motions import later
-from gnomon.harness.verification.claims import Outcome
+from gnomon.harness.verification.claims import DEPTHS, Outcome
 from gnomon.harness.verification.engine_preflights import preflight_rows
 from gnomon.harness.verification.verify import CLAIMS, FIRST, FirstTrialError, Row, plan_verification, verify
 from gnomon.reference.storage.import_closure import closure

@@ -19,8 +19,8 @@ import pytest
 import summary
 from defects import DEFECTS
 from gnomon.harness.measuring.reference_solution import CaseSpec
-from gnomon.harness.measuring.trials import DEPTHS, Trials
-from gnomon.harness.verification.claims import Outcome
+from gnomon.harness.measuring.trials import Trials
+from gnomon.harness.verification.claims import DEPTHS, Outcome
 from gnomon.harness.verification.verify import CLAIMS
 from waiting import LIMIT_SECONDS
 

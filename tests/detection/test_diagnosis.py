@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.measuring.reference_solution import CaseSpec
-from gnomon.harness.measuring.trials import DEPTHS, Trials
+from gnomon.harness.measuring.trials import Trials
+from gnomon.harness.verification.claims import DEPTHS
 from gnomon.harness.verification.diagnosis import HISTORY, Failures, conclude, probe
 from gnomon.harness.verification.verify import verify
 

@@ -15,8 +15,8 @@ from gnomon.cases.core.forms import FirstOrder, Hybrid, Mode, SecondOrder, SemiL
 from gnomon.cases.core.scene import Body, Contact, Scene
 from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Tolerance, solver_of
 from gnomon.harness.measuring.reference_solution import CaseSpec
-from gnomon.harness.measuring.trials import DEPTHS, Trials
-from gnomon.harness.verification.claims import Outcome
+from gnomon.harness.measuring.trials import Trials
+from gnomon.harness.verification.claims import DEPTHS, Outcome
 from gnomon.harness.verification.function_adapter import FunctionAdapter, Stepped, right_hand_side
 from gnomon.harness.verification.verify import CLAIMS
 from scipy.integrate import solve_ivp

@@ -16,14 +16,14 @@ import numpy as np
 import pandas as pd
 from gnomon.cases import Case
 from gnomon.harness.contract.integrator import Integrator, Tolerance
-from gnomon.harness.measuring.trials import DEPTHS, HALF_ULP, Trials
+from gnomon.harness.measuring.trials import HALF_ULP, Trials
 from gnomon.harness.registry import selection
 from gnomon.harness.reporting.images import save
 from gnomon.harness.reporting.style import INK, QUIET, dress
 from gnomon.harness.results.convergence_order import LARGEST_ERROR
 from gnomon.harness.results.visible import visible
 from gnomon.harness.system.supervisor import run
-from gnomon.harness.verification.claims import TEXTS, Finding, Outcome
+from gnomon.harness.verification.claims import DEPTHS, TEXTS, Finding, Outcome
 from gnomon.harness.verification.verify import CaseJob, Row
 
 POINTS = 1200

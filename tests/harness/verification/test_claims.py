@@ -13,9 +13,9 @@ import pytest
 from gnomon.cases.core.registry import get
 from gnomon.harness.contract.integrator import Integrator, Solution, Steps, Unsupported
 from gnomon.harness.measuring.reference_solution import CaseSpec, reference_solution
-from gnomon.harness.measuring.trials import DEPTHS, Trials
+from gnomon.harness.measuring.trials import Trials
 from gnomon.harness.registry import lookup
-from gnomon.harness.verification.claims import Outcome
+from gnomon.harness.verification.claims import DEPTHS, Outcome
 from gnomon.harness.verification.convergence_claims import above_line, in_range, slope_of
 from gnomon.harness.verification.function_adapter import from_solve, from_step
 from gnomon.harness.verification.structure_claims import carry_roundings
@@ -106,7 +106,7 @@ def test_turned_starts_are_not_solved_at_a_setting_that_takes_too_long(monkeypat
     """Another claim may have solved there; the turned starts would pass the time limit of the claim."""
     fresh = Trials.of(pair(), CaseSpec.of(get("kepler_orbit").rounded()), DEPTHS["low"])
     *_, quick, slow = fresh.answers()
-    fresh._answers[0, slow.setting, False] = replace(slow, seconds=2 * fresh.depth.seconds)
+    fresh._answers[0, slow.setting, False] = replace(slow, seconds=2 * fresh.extent.seconds)
     fresh._answers[0, quick.setting, False] = replace(quick, seconds=0.0)
     settings: list[float] = []
     solutions = fresh.solutions

@@ -12,9 +12,9 @@ from family_faults import family_planted, family_right
 from gnomon.cases.core.registry import get
 from gnomon.harness.contract.integrator import Integrator, Tolerance, Unsupported
 from gnomon.harness.measuring.reference_solution import CaseSpec, ReferenceSolution, reference_solution
-from gnomon.harness.measuring.trials import DEPTHS, Trials
+from gnomon.harness.measuring.trials import Trials
 from gnomon.harness.registry.lookup import find_one
-from gnomon.harness.verification.claims import Finding, Outcome
+from gnomon.harness.verification.claims import DEPTHS, Finding, Outcome
 from gnomon.harness.verification.function_adapter import from_solve
 from gnomon.harness.verification.verify import CLAIMS
 from mutants import right

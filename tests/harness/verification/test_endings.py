@@ -11,8 +11,8 @@ from command_line import gnomon
 from gnomon.cases.core.registry import get
 from gnomon.harness.contract.integrator import Floats, Integrator, Steps, TooManyCalls
 from gnomon.harness.measuring.reference_solution import CaseSpec
-from gnomon.harness.measuring.trials import CALLS, DEPTHS, Trials
-from gnomon.harness.verification.claims import Finding, Outcome, not_checked, pass_claim
+from gnomon.harness.measuring.trials import CALLS, Trials
+from gnomon.harness.verification.claims import DEPTHS, Finding, Outcome, not_checked, pass_claim
 from gnomon.harness.verification.verify import ACCURACY, CLAIMS, FOLLOWS, Report, Row, verify
 
 from gnomon.verify import Refused, Tolerance, from_solve, from_step

@@ -11,9 +11,9 @@ import right_methods
 from gnomon.cases.core.registry import get
 from gnomon.harness.contract.integrator import Integrator, Solution, Steps, Tolerance
 from gnomon.harness.measuring.reference_solution import CaseSpec
-from gnomon.harness.measuring.trials import DEPTHS, Trials
+from gnomon.harness.measuring.trials import Trials
 from gnomon.harness.registry.lookup import find_one
-from gnomon.harness.verification.claims import Outcome
+from gnomon.harness.verification.claims import DEPTHS, Outcome
 from gnomon.harness.verification.function_adapter import from_solve, from_step
 from gnomon.harness.verification.verify import CLAIMS, plan_verification
 from planted_methods import good_pair, good_rk4, good_verlet

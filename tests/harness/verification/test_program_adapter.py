@@ -24,12 +24,13 @@ from gnomon.harness.contract.validation import Unusable
 from gnomon.harness.measuring import trials
 from gnomon.harness.measuring.outcome import Outcome
 from gnomon.harness.measuring.reference_solution import CaseSpec, reference_solution
-from gnomon.harness.measuring.trials import DEPTHS, Trials
+from gnomon.harness.measuring.trials import Trials
 from gnomon.harness.registry import lookup, references
 from gnomon.harness.running import plan, pool, worker
 from gnomon.harness.running.sweep import task_of
 from gnomon.harness.system import supervisor
 from gnomon.harness.verification import program_process, protocol
+from gnomon.harness.verification.claims import DEPTHS
 from gnomon.harness.verification.program_adapter import from_command
 from turned_clock import Clock
 from waiting import LONG_SECONDS

@@ -10,8 +10,8 @@ from gnomon.cases.core.registry import get
 from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.measuring.growth import growth
 from gnomon.harness.measuring.reference_solution import CaseSpec
-from gnomon.harness.measuring.trials import DEPTHS, Trials
-from gnomon.harness.verification.claims import Outcome
+from gnomon.harness.measuring.trials import Trials
+from gnomon.harness.verification.claims import DEPTHS, Outcome
 from gnomon.harness.verification.verify import CLAIMS
 from scipy.integrate import solve_ivp
 

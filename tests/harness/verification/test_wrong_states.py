@@ -13,10 +13,10 @@ from command_line import gnomon
 from gnomon.cases.core.registry import get
 from gnomon.harness.contract.integrator import Floats, Integrator, Steps
 from gnomon.harness.measuring.reference_solution import CaseSpec
-from gnomon.harness.measuring.trials import DEPTHS, Depth, Trials
+from gnomon.harness.measuring.trials import Trials
 from gnomon.harness.verification.baseline import measure
 from gnomon.harness.verification.claim_tests import claim_tests
-from gnomon.harness.verification.claims import Outcome
+from gnomon.harness.verification.claims import DEPTHS, Depth, Outcome
 from gnomon.harness.verification.verify import CLAIMS
 from planted_methods import good_pair, good_rk4, good_verlet
 
@@ -58,7 +58,7 @@ WRONG = {
     "backward": lambda y: y[::-1],
 }
 zero = answering(WRONG["zeros"], "zeros")
-SHALLOW = Depth("shallow", 64 * 8, 1.0, 3, 2)
+SHALLOW = Depth(64 * 8, 1.0, "shallow", 3, 2)
 """Four steps from sample to sample at the finest setting: states that are wrong are so at any step."""
 
 

@@ -29,8 +29,8 @@ from gnomon.harness.adapters.engines.vectors import turn_arm
 from gnomon.harness.contract.integrator import Floats, Refused
 from gnomon.harness.contract.problem import initial_state, problem_of
 from gnomon.harness.measuring.reference_solution import CaseSpec
-from gnomon.harness.measuring.trials import DEPTHS, Trials
-from gnomon.harness.verification.claims import Outcome
+from gnomon.harness.measuring.trials import Trials
+from gnomon.harness.verification.claims import DEPTHS, Outcome
 from gnomon.harness.verification.verify import CLAIMS
 from on_cases import exact_states
 

@@ -12,9 +12,9 @@ import pytest
 from command_line import gnomon
 from gnomon.cases.core.registry import get
 from gnomon.harness.measuring.reference_solution import CaseSpec
-from gnomon.harness.measuring.trials import DEPTHS, Trials
+from gnomon.harness.measuring.trials import Trials
 from gnomon.harness.reporting.pictures import failure_picture
-from gnomon.harness.verification.claims import fail_claim
+from gnomon.harness.verification.claims import DEPTHS, fail_claim
 from gnomon.harness.verification.verify import Row
 
 SVG = "{http://www.w3.org/2000/svg}"
