@@ -34,6 +34,11 @@ AGAIN = "times before"
 """The last words of the reason of a trial that crashed because it was interrupted again and again. Results files hold
 this text, so it must not change."""
 
+TRIES = 3
+"""Number of attempts at a trial with a short limit before it is a timeout: a stall of the machine is not a timeout."""
+THROUGHOUT = ", in which it ran all the time"
+"""The end of the reason of a timeout in which the machine did not stall, which then needs one try. Results files hold it."""
+
 
 def is_from_outside(status: str, reason: object) -> bool:
     """Whether a cause outside the integrator may have ended a trial.
@@ -42,3 +47,8 @@ def is_from_outside(status: str, reason: object) -> bool:
     workers.
     """
     return status == Status.OUT_OF_MEMORY or (status == Status.CRASHED and str(reason).endswith(AGAIN))
+
+
+def is_certain_timeout(status: str, reason: object, tries: int) -> bool:
+    """Whether a trial timed out, and not because the machine stalled."""
+    return status == Status.TIMEOUT and (tries >= TRIES or str(reason).endswith(THROUGHOUT))

@@ -4,6 +4,9 @@ from dataclasses import dataclass, field
 
 from gnomon.harness.contract.integrator import Floats
 
+DELAYED = 0.02
+"""A call that waits for a processor for more than this share of its time is repeated, and marked if it waits again."""
+
 
 @dataclass
 class Outcome:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from gnomon.harness.contract.status import NOT_BROKEN, SCORED, Status
+from gnomon.harness.measuring.outcome import DELAYED
 from gnomon.harness.results.equal_error import TARGETS, Reached, find_reached
 from gnomon.harness.results.schema import TIMES, TIMING_SPAN
 from gnomon.harness.results.summary import ERRORS, KINDS, order
@@ -15,7 +16,6 @@ from gnomon.harness.results.summary import NEVER_RAN as NEVER_RAN
 from gnomon.harness.results.summary import NOT_RUN as NOT_RUN
 from gnomon.harness.results.summary import PROBLEM as PROBLEM
 from gnomon.harness.results.summary import SERIES as SERIES
-from gnomon.harness.results.values import DELAYED
 
 PARTLY = "partly"
 """The verdict of a series in which some settings are ok and others failed."""

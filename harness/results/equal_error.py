@@ -6,7 +6,7 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from gnomon.harness.contract.integrator import Floats
-from gnomon.harness.results.values import DELAYED
+from gnomon.harness.measuring.outcome import DELAYED
 
 K = TypeVar("K")
 TARGETS = (1e-3, 1e-6, 1e-9, 1e-12)

@@ -3,8 +3,8 @@
 import math
 from collections.abc import Sequence
 
+from gnomon.harness.measuring.outcome import DELAYED
 from gnomon.harness.results.summary import Load
-from gnomon.harness.results.values import DELAYED
 
 
 def count_text(number: int, noun: str) -> str:

@@ -12,7 +12,7 @@ from operator import itemgetter
 from statistics import median
 from typing import Any
 
-from gnomon.harness.contract.status import CANNOT_RUN, SCORED, STOPPED, Status
+from gnomon.harness.contract.status import CANNOT_RUN, SCORED, STOPPED, Status, is_certain_timeout
 from gnomon.harness.results.contenders import list_launched
 from gnomon.harness.results.convergence_order import FEWEST, LARGEST_ERROR, fit_slope
 from gnomon.harness.results.equal_error import geometric_mean
@@ -27,7 +27,6 @@ from gnomon.harness.results.separation import (
     state,
 )
 from gnomon.harness.results.separation import compare as compare_times
-from gnomon.harness.results.values import THROUGHOUT, TRIES
 
 SERIES = ["case", "variant", "formulation", "integrator_id"]
 _name = itemgetter(*SERIES)
@@ -290,10 +289,7 @@ def reasons(counted: Counter[str]) -> str:
 
 
 def _compare(name: str, before: Sequence[Row], after: Sequence[Row], verdict: Verdict, incomparable: list[str]) -> None:
-    hangs = any(
-        row["status"] == Status.TIMEOUT and (row["repeats"] >= TRIES or str(row["reason"]).endswith(THROUGHOUT))
-        for row in after
-    )
+    hangs = any(is_certain_timeout(row["status"], row["reason"], row["repeats"]) for row in after)
     both: list[tuple[Row, Row]] = []
     left_out: Counter[str] = Counter()
     for row, found in _pair_rows([row for row in before if row["status"] in ANSWERED], after):

@@ -8,9 +8,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.contract.status import CANNOT_RUN, Status
+from gnomon.harness.measuring.outcome import DELAYED
 from gnomon.harness.results.convergence_order import line, slopes, why_no_line
 from gnomon.harness.results.schema import MEASUREMENT_COLUMNS, TIMES
-from gnomon.harness.results.values import DELAYED
 
 PROBLEM = ["case", "variant", "formulation"]
 SERIES = [*PROBLEM, "library", "integrator_id"]

@@ -15,12 +15,6 @@ from gnomon.harness.results.schema import Damaged
 from gnomon.harness.results.visible import visible
 from gnomon.reference.numerics.precision import shortened
 
-TRIES = 3
-"""Number of attempts at a trial with a short limit before it is a timeout: a stall of the machine is not a timeout."""
-THROUGHOUT = ", in which it ran all the time"
-"""The end of the reason of a timeout in which the machine did not stall, which then needs one try."""
-DELAYED = 0.02
-"""A call that waits for a processor for more than this share of its time is repeated, and marked if it waits again."""
 MOST_LAUNCHES, MOST_ORDER, MOST_DIMENSION = 10**6, 10**3, 10**6
 _FRACTION = re.compile(r"[+-]?[0-9]{1,4300}(/0*[1-9][0-9]{0,4200})?")
 """A number in the form of `str` of a Fraction, with at most the digits that Python converts."""

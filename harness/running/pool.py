@@ -10,9 +10,8 @@ from signal import Signals
 from time import monotonic
 from typing import Protocol
 
-from gnomon.harness.contract.status import Status
+from gnomon.harness.contract.status import THROUGHOUT, TRIES, Status
 from gnomon.harness.measuring.outcome import Outcome
-from gnomon.harness.results.values import THROUGHOUT, TRIES
 from gnomon.harness.running.messages import Message, decode
 from gnomon.harness.running.sweep import GRACE_SECONDS as GRACE_SECONDS
 from gnomon.harness.running.worker import (

@@ -33,12 +33,11 @@ from gnomon.harness.kernels.compiling import WATCHERS
 from gnomon.harness.measuring import prepared
 from gnomon.harness.measuring.failures import status_of
 from gnomon.harness.measuring.null_call import null_call
-from gnomon.harness.measuring.outcome import Outcome
+from gnomon.harness.measuring.outcome import DELAYED, Outcome
 from gnomon.harness.measuring.perturbed_starts import perturb_start, probe_state
 from gnomon.harness.measuring.prepared import Call, Prepared
 from gnomon.harness.measuring.reference_solution import CaseSpec
 from gnomon.harness.registry.references import Reference, dereference
-from gnomon.harness.results.values import DELAYED
 from gnomon.harness.running import messages
 from gnomon.harness.running.first_use import first_seconds
 from gnomon.harness.running.messages import Message

@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 import synthetic
 from command_line import gnomon
-from gnomon.harness.contract.status import CANNOT_RUN
+from gnomon.harness.contract.status import CANNOT_RUN, THROUGHOUT
 from gnomon.harness.results import regression, store
 from gnomon.harness.results.regression import SERIES, Verdict
-from gnomon.harness.results.values import THROUGHOUT
 
 
 @pytest.fixture(scope="module")

@@ -18,11 +18,10 @@ from typing import Any
 import numpy as np
 import planted
 import pytest
-from gnomon.harness.contract.status import Status
+from gnomon.harness.contract.status import THROUGHOUT, TRIES, Status
 from gnomon.harness.measuring.outcome import Outcome
 from gnomon.harness.measuring.reference_solution import CaseSpec
 from gnomon.harness.registry.references import reference
-from gnomon.harness.results.values import THROUGHOUT, TRIES
 from gnomon.harness.running import messages, pool
 from gnomon.harness.running.messages import Message
 from gnomon.harness.running.pool import GRACE_SECONDS, LOST, RETRY_SECONDS, Pool

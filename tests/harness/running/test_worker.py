@@ -12,9 +12,9 @@ from gnomon.cases import get
 from gnomon.harness.contract.integrator import Solution, Solver
 from gnomon.harness.contract.validation import Unusable
 from gnomon.harness.measuring import prepared
+from gnomon.harness.measuring.outcome import DELAYED
 from gnomon.harness.measuring.perturbed_starts import perturb_start
 from gnomon.harness.measuring.prepared import Prepared
-from gnomon.harness.results.values import DELAYED
 from gnomon.harness.running import worker
 from gnomon.harness.running.worker import ANNOUNCED_SECONDS, FEWEST_CALLS, MOST_REPEATS, Request, _Series
 
