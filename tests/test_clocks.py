@@ -194,7 +194,7 @@ def test_no_test_measures_the_machine() -> None:
         ("def f():\n    while time.process_time() < ends:\n        pass", "compares"),
         ("def f(row):\n    assert row['seconds_median'] < 2", "compares"),
         ("def f(call):\n    assert max(call.seconds, 1) <= 2", "compares"),
-        ("def f():\n    run(replace(SUITE, limit_seconds=2.0))", "has a short limit: 2.0"),
+        ("def f():\n    run(SUITE.change(limit_seconds=2.0))", "has a short limit: 2.0"),
         ("S = plan.suite('quick').within(20)", "has a short limit: 20"),
         ("SOON = 0.2\ndef f():\n    job = Job(1, limit=SOON)", "has a short limit: SOON"),
         ("COMMAND = ['run', '--limit', '1']", "has a short limit: '1'"),
@@ -214,7 +214,7 @@ def test_each_measurement_is_found(source: str, what: str) -> None:
 @pytest.mark.parametrize(
     "source",
     [
-        "def f(clock):\n    run(replace(SUITE, limit_seconds=2.0))",
+        "def f(clock):\n    run(SUITE.change(limit_seconds=2.0))",
         "def f():\n    run(SUITE.within(LONG_SECONDS))",
         "def f():\n    verify('--max-seconds', '1e-9')",
         "COMMAND = ['run', '--limit', str(LONG_SECONDS)]",

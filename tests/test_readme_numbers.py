@@ -116,8 +116,8 @@ def test_the_numbers_of_the_readme_are_those_of_the_code() -> None:
     count = {"five": 5, "six": 6, "twelve": 12}
     cases, systems = _match(r"the (\w+) cases that exercise every form, and stiff variants of (\w+) systems")
     assert count[cases] == len(plan.FOUNDATION)
-    assert count[systems] == len({name.partition("/")[0] for name in plan.SUITES["standard"].further})
-    assert count[_match(r"twelve cases and (\w+) launches")[0]] == plan.SUITES["full"].launches
+    assert count[systems] == len({name.partition("/")[0] for name in plan.SUITES["standard"].scope.further})
+    assert count[_match(r"twelve cases and (\w+) launches")[0]] == plan.SUITES["full"].timing.launches
     assert int(_match(r"the largest of (\d+) samples")[0]) == SAMPLES
     (python,) = _match(r"With Python ([\d.]+) and make")
     assert _project()["requires-python"] == f">={python}"

@@ -123,7 +123,7 @@ class _Distributed:
         one, trials, scorer = work
         if machine == environment.machine():
             return trials
-        return one.trials(scorer.problem(one.form), machine, self.run_.suite.settings)
+        return one.trials(scorer.problem(one.form), machine, self.run_.suite.scope.settings)
 
     def _complete(self, one: Series, trials: Sequence[Trial], scorer: Scorer) -> bool:
         """Whether all launches of a series have nothing left to measure or to skip."""
@@ -155,7 +155,7 @@ class _Distributed:
             for work in (group if run_.history else ())
             for machine in (environment.machine(), *self.machines)
             for trial in self._trials(work, machine)
-            for launch in {*range(1, run_.suite.launches + 1), *run_.launches(work[0])}
+            for launch in {*range(1, run_.suite.timing.launches + 1), *run_.launches(work[0])}
         ]
         found = Group(
             run_.suite,

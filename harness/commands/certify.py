@@ -44,7 +44,7 @@ def certify(
     wanted = selection.expand([*(case or ()), *(named or ())], checks=True)
     if suite is not None and wanted:
         raise ValueError(f"--suite {suite}: name cases or a suite, not both")
-    subjects = certify_all.subjects(wanted or (() if suite is None else plan.suite(suite).cases), everything)
+    subjects = certify_all.subjects(wanted or (() if suite is None else plan.suite(suite).scope.cases), everything)
     if independent is not None:
         if independent.resolve() == to.resolve():
             raise ValueError(f"--independent {independent}: the certificates go there; name another file")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from dataclasses import replace
 from enum import StrEnum
 from typing import TYPE_CHECKING, Annotated
 
@@ -15,7 +14,7 @@ if TYPE_CHECKING:
 MOST_SHARDS = 10**6
 
 
-class Timing(StrEnum):
+class TimingChoice(StrEnum):
     """The times that `gnomon run` records."""
 
     full = "full"
@@ -25,7 +24,7 @@ class Timing(StrEnum):
 Shard = Annotated[
     str | None, typer.Option(help="k/n: only the k-th of n parts of about equal cost; see `gnomon merge`.")
 ]
-TimingOption = Annotated[Timing, typer.Option(help="none: errors alone, each trial in one call and one launch.")]
+TimingOption = Annotated[TimingChoice, typer.Option(help="none: errors alone, each trial in one call and one launch.")]
 Dask = Annotated[
     str | None,
     typer.Option(
@@ -34,13 +33,13 @@ Dask = Annotated[
 ]
 
 
-def part(suite: Suite, shard: str | None, timing: Timing) -> Suite:
+def part(suite: Suite, shard: str | None, timing: TimingChoice) -> Suite:
     """The part of a suite that these options ask for; ValueError for an invalid shard."""
-    found = suite if timing == Timing.full else suite.untimed()
+    found = suite if timing == TimingChoice.full else suite.untimed()
     if shard is None:
         return found
     numbers = re.fullmatch(r"([0-9]{1,7})/([0-9]{1,7})", shard, re.ASCII)
     place, count = map(int, numbers.groups()) if numbers else (0, 0)
     if not 1 <= place <= count <= MOST_SHARDS:
         raise ValueError(f"--shard {shard[:40]}: write k/n with 1 <= k <= n <= {MOST_SHARDS}, as 3/10")
-    return replace(found, shard=(place, count))
+    return found.change(shard=(place, count))

@@ -7,7 +7,6 @@ import importlib.util
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -49,7 +48,7 @@ def read_problem(
 
 def once(suite: Suite) -> Suite:
     """A suite for equations: each series is launched once."""
-    return replace(suite, name="equations", launches=1, timing_spans=False, first_use=False)
+    return suite.change(name="equations", launches=1, timing_spans=False, first_use=False)
 
 
 def read_system(

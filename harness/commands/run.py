@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from gnomon.harness.commands import interruption, options
-from gnomon.harness.commands.cluster_options import Dask, Shard, Timing, TimingOption, part
+from gnomon.harness.commands.cluster_options import Dask, Shard, TimingChoice, TimingOption, part
 from gnomon.harness.commands.equations import best_after, read_problem, refuse_beside
 from gnomon.harness.commands.options import Shown, out, problems
 from gnomon.harness.contract.status import SCORED
@@ -74,7 +73,7 @@ def run(
     workers: Annotated[int, typer.Option(help=WORKERS)] = 2,
     parameters: options.Parameters = None,
     shard: Shard = None,
-    timing: TimingOption = Timing.full,
+    timing: TimingOption = TimingChoice.full,
     dask: Dask = None,
     report: options.Report = None,
     minutes: Annotated[float | None, typer.Option(help=MINUTES, min=0.0)] = None,
@@ -109,17 +108,17 @@ def run(
     chosen_suite = _adapt(chosen_suite, bool(case or integrator), repeat, bool(integrator or command or library))
     integrators = selection.integrators_of(_integrators(integrator or [], command or [], chosen_suite), library, kind)
     if settings:
-        chosen_suite = replace(chosen_suite, settings=choose_settings(read_settings(settings), integrators))
+        chosen_suite = chosen_suite.change(settings=choose_settings(read_settings(settings), integrators))
     if equations is not None:
         stated = (span, start, numbers), event, accelerations
         chosen, chosen_suite, integrators = read_problem(equations, *stated, chosen_suite, integrators, out_path)
     else:
-        chosen = options.choose(case or chosen_suite.names(), bool(case) and chosen_suite.variants, parameters)
+        chosen = options.choose(case or chosen_suite.names(), bool(case) and chosen_suite.scope.variants, parameters)
         chosen = plan.with_timing_spans(selection.cases_of(chosen, family, kind), chosen_suite)
     options.ensure_results(out_path)
     page = _page(report, out_path, chosen)
     # The scenes of the suite `engines` are variants, on which all ways to drive an engine are compared.
-    every = named or chosen_suite.engines
+    every = named or chosen_suite.scope.engines
     path = _measure(out_path, chosen_suite, chosen, integrators, workers, dask, every, page)
     with best_after(path, chosen, error if equations is not None else None):
         _summarize(path, chosen, integrators, chosen_suite, page, allow_missing, began)
@@ -132,9 +131,9 @@ def _adapt(suite: Suite, by_name: bool, repeat: bool, are_named: bool) -> Suite:
     """
     from gnomon.harness.running import plan
 
-    found = replace(suite, for_stiff=()) if by_name else suite
+    found = suite.change(for_stiff=()) if by_name else suite
     again = plan.Repeat.ALL if are_named else plan.Repeat.FROM_OUTSIDE
-    return replace(found, repeat=again) if repeat else found
+    return found.change(repeat=again) if repeat else found
 
 
 def _integrators(names: Sequence[str], commands: Sequence[str], suite: Suite) -> tuple[Integrator, ...]:
@@ -144,7 +143,7 @@ def _integrators(names: Sequence[str], commands: Sequence[str], suite: Suite) ->
     from gnomon.harness.verification.function_adapter import from_name
 
     named = (
-        lookup.find_all([from_name(name) or name for name in names] or suite.integrators)
+        lookup.find_all([from_name(name) or name for name in names] or suite.scope.integrators)
         if names or not commands
         else ()
     )
@@ -240,9 +239,9 @@ def _suite(name: str | None, cases_named: list[str] | None, limit: float | None,
 
     found = plan.suite("standard" if name is None else name)
     if cases_named:
-        found = replace(found, rest=None)  # a case that is named has the limits of a foundation case
+        found = found.change(rest=None)  # a case that is named has the limits of a foundation case
         if name is None:
-            found = replace(found, variants=False, formulations=formulations)
+            found = found.change(variants=False, formulations=formulations)
     without = [name for name in cases_named or () if name.partition("/")[0] in cases.check_names()]
     if without:
         raise ValueError(f"{without[0]} is a check, without motion: `gnomon certify {without[0]}` confirms it")
@@ -272,7 +271,7 @@ def _further(suite: Suite, minutes: float | None, named: bool, divided: bool) ->
             " --dask, with --out for the merged file"
         )
     if minutes is not None:
-        return replace(suite, minutes=minutes, minutes_with_peers=minutes, asked=True)
+        return suite.change(minutes=minutes, minutes_with_peers=minutes, asked=True)
     return suite.once() if named or divided else suite
 
 
@@ -282,7 +281,7 @@ def _tell_end(path: Path, rows: Sequence[Row], suite: Suite, page: LivePage | No
     from gnomon.harness.results.number_text import duration_text, load_text
     from gnomon.harness.running import rounds
 
-    record = reading.runs(path)[-1]["environment"].get(rounds.NAME) if suite.minutes else None
+    record = reading.runs(path)[-1]["environment"].get(rounds.NAME) if suite.limits.minutes else None
     if record is not None:
         out.print(escape(record), highlight=False)
     load = load_text(summary.load_of((row["seconds_median"], row["delay_seconds"]) for row in rows))

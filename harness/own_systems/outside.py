@@ -13,7 +13,7 @@ import json
 import shlex
 import sys
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
 from time import monotonic
@@ -65,9 +65,8 @@ def measure(path: Path, systems: Sequence[Drawn], seed: int, limit_seconds: floa
     Raises ValueError for a file with systems of another seed.
     """
     left = [one for one in systems if one.name not in read_ended(path, seed)]
-    suite = replace(
-        plan.suite("foundation").within(limit_seconds), name=SUITE, launches=1, timing_spans=False, turned=False
-    )
+    suite = plan.suite("foundation").within(limit_seconds)
+    suite = suite.change(name=SUITE, launches=1, timing_spans=False, turned=False)
     for _, family in groupby(left, key=lambda one: one.family):
         made: dict[str, tuple[OwnSystem, Ended]] = {}
         needs: dict[str, str] = {}

@@ -40,7 +40,7 @@ def predict_seconds(series: Series, suite: Suite, near_duplicates: bool = True) 
 def launch_seconds(series: Series, suite: Suite, launch: int) -> float:
     """Predicted seconds of one launch of a series; later launches have no turned starts."""
     case, own = series.case, suite.of(series.case)
-    turned = own.turned and case.turning is not None and launch == 1 and not series.over_timing_span
+    turned = own.scope.turned and case.turning is not None and launch == 1 and not series.over_timing_span
     return seconds_of(series.integrator.library, case.variant is not None, own.limit(case, series.integrator), turned)
 
 

@@ -65,7 +65,7 @@ def crashes(
         exact = found[CaseSpec.of(one.case)]
         if isinstance(exact, ReferenceSolution):  # else the run reports the error of the case
             problem = problem_of(one.case, one.integrator.accepts)
-            settings = sweep_settings(one.integrator, one.case, problem, suite.settings)
+            settings = sweep_settings(one.integrator, one.case, problem, suite.scope.settings)
             chosen_two = [settings[0], settings[len(settings) // 2]]
             trials.append(
                 FirstTrial(

@@ -64,29 +64,18 @@ def is_engine(integrator: Integrator) -> bool:
     return integrator.accepts == (SceneForm,)
 
 
-@dataclass(frozen=True)
-class Suite:
-    """The extent of a run. Each series on a default variant is launched `launches` times, on another variant once.
+@dataclass(frozen=True, kw_only=True)
+class Scope:
+    """What a suite runs: cases, methods and settings."""
 
-    A trial may take `limit_seconds` on a default variant and `variant_limit_seconds` on another one, up to
-    `long_limit_seconds` if the span is long. These limits are several times the time of the started trials on a quiet
-    machine. The timed calls of a trial take `block_seconds` together; there are at most `repeats` of them.
-    """
-
-    name: str
-    cases: tuple[str, ...]
+    cases: tuple[str, ...] = ()
     """The cases that run unless the user names some; empty for all."""
-    launches: int
     variants: bool
-    limit_seconds: float
-    variant_limit_seconds: float
-    long_limit_seconds: float = 0.4
-    engine_limit_seconds: float = 0.0
-    """The least limit for physics engines, of which a step takes microseconds at the least."""
-    block_seconds: float = 0.003
-    repeats: int = 40
-    slow_seconds: float = 0.02
-    """A trial that takes longer is timed in one call; the counting run before it serves as its warm-up."""
+    """Whether the hard variants of its cases run too."""
+    hardest: tuple[str, ...] = ()
+    """The hard variants, as case/variant, that run unless the user names cases; empty for all if `variants`."""
+    further: tuple[str, ...] = ()
+    """Hard variants that run too, of any case."""
     formulations: bool = True
     """Whether cases run in their other formulations too."""
     turned: bool = True
@@ -101,33 +90,75 @@ class Suite:
     """Methods that run on the stiff variants of the suite alone, near-duplicate ones too."""
     for_events: tuple[str, ...] = ()
     """Methods that run on motions with events alone."""
-    hardest: tuple[str, ...] = ()
-    """The hard variants, as case/variant, that run unless the user names cases; empty for all if `variants`."""
-    further: tuple[str, ...] = ()
-    """Hard variants that run too, of any case."""
-    rest: Suite | None = None
-    """The suite for the cases outside `FOUNDATION`; None if they run like the others."""
+    settings: Chosen | None = field(default=None, hash=False)
+    """The settings that the user chose, for all cases; None for the sweeps that the methods declare."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Timing:
+    """How the trials of a suite are timed."""
+
+    launches: int
+    """Launches of each series on a default variant; on another variant a series is launched once."""
+    scatter_launches: int = 0
+    """Launches of one setting of some series of each library, for the scatter between launches (see `order`);
+    none where series are launched so often."""
     first_use: bool = False
     """Whether the first use of each integrator is timed, once, which takes some seconds each."""
     timing_spans: bool = False
     """Whether default variants run over several spans too, for the time of one more period (see `lengthen`)."""
-    scatter_launches: int = 0
-    """Launches of one setting of some series of each library, for the scatter between launches (see `order`);
-    none where series are launched so often."""
-    minutes: float = 0.0
-    """Minutes of a run after which no repeated launch begins; until then the open comparisons are launched again.
-    0: only the launches above."""
-    minutes_with_peers: float = 0.0
-    """The same if a library of the extra `peers` takes part."""
-    asked: bool = False
-    """Whether the user gave the minutes: open comparisons then run even if an earlier run has spent its own."""
+    block_seconds: float = 0.003
+    """Seconds that the timed calls of a trial take together."""
+    repeats: int = 40
+    """The largest number of timed calls of a trial."""
+    slow_seconds: float = 0.02
+    """A trial that takes longer is timed in one call; the counting run before it serves as its warm-up."""
     timed: bool = True
     """Whether times are recorded; else a run has only errors."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Limits:
+    """What a suite may cost. The limits of a trial are several times the time of the started trials on a quiet machine."""
+
+    limit_seconds: float
+    """The time limit of a trial on a default variant."""
+    variant_limit_seconds: float
+    """The time limit of a trial on another variant."""
+    long_limit_seconds: float = 0.4
+    """The time limit of a trial on another variant with a long span."""
+    engine_limit_seconds: float = 0.0
+    """The least limit for physics engines, of which a step takes microseconds at the least."""
+    minutes: float = 0.0
+    """Minutes of a run after which no repeated launch begins; until then the open comparisons are launched again.
+    0: no repeated launches."""
+    minutes_with_peers: float = 0.0
+    """`minutes` of a run in which a library of the extra `peers` takes part."""
+    asked: bool = False
+    """Whether the user gave the minutes: open comparisons then run even if an earlier run has spent its own."""
+
+
+@dataclass(frozen=True)
+class Suite:
+    """What runs, how it is timed and what it may cost."""
+
+    name: str
+    scope: Scope
+    timing: Timing
+    limits: Limits
+    rest: Suite | None = None
+    """The suite for the cases outside `FOUNDATION`; None if they run like the others."""
     shard: tuple[int, int] = (1, 1)
     """The part of the series that runs, from 1, and the number of parts (see `cost.shard`)."""
     repeat: Repeat = Repeat.NOTHING
-    settings: Chosen | None = field(default=None, hash=False)
-    """The settings that the user chose, for all cases; None for the sweeps that the methods declare."""
+
+    def change(self, **values: Any) -> Suite:
+        """A copy with other values of its own fields, or of the fields of its parts, which have different names."""
+        parts = {
+            part: replace(getattr(self, part), **{name: values.pop(name) for name in FIELDS[part] & values.keys()})
+            for part in FIELDS
+        }
+        return replace(self, **(parts | values))
 
     def of(self, case: Case) -> Suite:
         """The suite for a case: this one or `rest`."""
@@ -138,14 +169,15 @@ class Suite:
 
     def names(self) -> list[str]:
         """The names that run unless the user names cases: the default variants of its cases, then hard variants."""
-        own = self.cases or cases.names()
-        hard = [f"{name}/{v.name}" for name in own if self._of(name).variants for v in cases.case_class(name).variants]
-        return list(dict.fromkeys([*own, *(self.hardest or hard), *self.further]))
+        own = self.scope.cases or cases.names()
+        hard = [
+            f"{name}/{v.name}" for name in own if self._of(name).scope.variants for v in cases.case_class(name).variants
+        ]
+        return list(dict.fromkeys([*own, *(self.scope.hardest or hard), *self.scope.further]))
 
     def within(self, limit_seconds: float) -> Suite:
         """A copy with one time limit for every trial."""
-        return replace(
-            self,
+        return self.change(
             limit_seconds=limit_seconds,
             variant_limit_seconds=limit_seconds,
             long_limit_seconds=limit_seconds,
@@ -155,8 +187,7 @@ class Suite:
 
     def untimed(self) -> Suite:
         """A copy for errors alone: each series is launched once, and each trial is one call of `solve`."""
-        return replace(
-            self.once(),
+        return self.once().change(
             timed=False,
             launches=1,
             timing_spans=False,
@@ -167,9 +198,9 @@ class Suite:
 
     def once(self) -> Suite:
         """A copy without further launches of open comparisons, and without the time of one more period."""
-        if not self.minutes:
+        if not self.limits.minutes:
             return self
-        return replace(self, minutes=0.0, minutes_with_peers=0.0, timing_spans=False)
+        return self.change(minutes=0.0, minutes_with_peers=0.0, timing_spans=False)
 
     def methods(self, integrators: Iterable[Integrator]) -> tuple[Integrator, ...]:
         """Those of all `integrators` that run unless the user names some.
@@ -181,50 +212,53 @@ class Suite:
             library = LIBRARIES.get(one.library)
             if library is not None and library.suite not in (None, self.name):
                 return False
-            if self.engines:
+            if self.scope.engines:
                 return is_engine(one) and one.library != "engine"
-            return not self.primary or one.primary or one.id in self.for_stiff
+            return not self.scope.primary or one.primary or one.id in self.scope.for_stiff
 
         return tuple(one for one in integrators if runs(one))
 
     def has(self, series: Series) -> bool:
         """Whether a series belongs to the suite; false for a method that is `for_stiff` or `for_events` elsewhere."""
         one, name = series.case, series.integrator.id
-        if name in self.for_stiff:
+        if name in self.scope.for_stiff:
             return series.formulation is None and f"{one.name}/{one.variant}" in STIFF
-        return name not in self.for_events or one.hybrid is not None
+        return name not in self.scope.for_events or one.hybrid is not None
 
     def budget(self, integrators: Iterable[Integrator]) -> float:
         """Minutes of a run with these integrators after which no repeated launch begins; missing ones take no time."""
         present = [one for one in integrators if one.library in LIBRARIES and lookup.missing(one) is None]
         found = {LIBRARIES[one.library].extra for one in present}
-        return self.minutes_with_peers if "peers" in found else self.minutes
+        return self.limits.minutes_with_peers if "peers" in found else self.limits.minutes
 
     def limit(self, case: Case, integrator: Integrator) -> float:
         """The time limit of one trial of a case (s); longer for engines, and if a span is longer than 1000 time scales."""
-        found = self.limit_seconds
+        found = self.limits.limit_seconds
         if case.variant is not None:
             length = float(case.span) / case.time_scale / LONG
-            found = min(self.long_limit_seconds, self.variant_limit_seconds * max(1.0, length))
-        return max(found, self.engine_limit_seconds) if is_engine(integrator) else found
+            found = min(self.limits.long_limit_seconds, self.limits.variant_limit_seconds * max(1.0, length))
+        return max(found, self.limits.engine_limit_seconds) if is_engine(integrator) else found
+
+
+PARTS: dict[str, type] = {"scope": Scope, "timing": Timing, "limits": Limits}
+FIELDS = {name: {*part.__annotations__} for name, part in PARTS.items()}
+"""The names of the fields of each part of a suite."""
 
 
 def _make_suite(name: str, rest: dict[str, Any] | None = None, **row: Any) -> Suite:
-    lists: dict[str, Any] = {
-        key: tuple(row.pop(key, ()))
-        for key in ("cases", "integrators", "hardest", "further", "for_stiff", "for_events")
-    }
-    if lists["integrators"]:
-        named = {one.partition(":")[0] for one in lists["integrators"]}
-        quick = (f"{one.name}:{name}" for one in LIBRARIES.values() for name in one.quick)
-        lists["integrators"] += () if any(name in LIBRARIES for name in named) else tuple(quick)
-    return Suite(name, **lists, **row, rest=None if rest is None else _make_suite("rest", **rest))
+    """A suite from a table of suites.toml, which has the fields of all its parts."""
+    row = {key: tuple(value) if isinstance(value, list) else value for key, value in row.items()}
+    if named := row.get("integrators"):
+        quick = tuple(f"{one.name}:{name}" for one in LIBRARIES.values() for name in one.quick)
+        row["integrators"] += () if any(one.partition(":")[0] in LIBRARIES for one in named) else quick
+    parts = {part: kind(**{key: row.pop(key) for key in FIELDS[part] & row.keys()}) for part, kind in PARTS.items()}
+    return Suite(name, **parts, **row, rest=None if rest is None else _make_suite("rest", **rest))
 
 
 STIFF = frozenset(read_declared("results", "advice/needs.toml")["stiff"]["decays"])
 """The variants, as case/variant, of which the report says what stiffness costs."""
 SUITES = {name: _make_suite(name, **row) for name, row in read_declared("running", "suites.toml").items()}
-FOUNDATION = SUITES["foundation"].cases
+FOUNDATION = SUITES["foundation"].scope.cases
 """Cases that together have every form."""
 
 
@@ -393,7 +427,7 @@ def lengthen(case: Case, factor: int) -> tuple[Case, str]:
 
 def with_timing_spans(chosen: Sequence[tuple[Case, str]], suite: Suite) -> list[tuple[Case, str]]:
     """The chosen cases, and a lengthened copy of each case of which the suite measures one more period."""
-    wanted = [case for case, label in chosen if suite.timing_spans and not label and case.variant is None]
+    wanted = [case for case, label in chosen if suite.timing.timing_spans and not label and case.variant is None]
     return [*chosen, *(lengthen(case, TIMING_FACTORS[case.name]) for case in wanted if case.name in TIMING_FACTORS)]
 
 
@@ -418,7 +452,7 @@ def launches(series: Series, suite: Suite, near_duplicates: bool = True) -> int:
     as over its own, so that the time of one more period is the difference of two times of a launch.
     """
     often = series.case.variant is None and (near_duplicates or series.integrator.primary)
-    return suite.of(series.case).launches if often else 1
+    return suite.of(series.case).timing.launches if often else 1
 
 
 def wants_first_use(series: Series, suite: Suite, launch: int) -> bool:
@@ -426,7 +460,7 @@ def wants_first_use(series: Series, suite: Suite, launch: int) -> bool:
 
     It is timed on the first default variant in FOUNDATION that the integrator accepts, if a new process can import it.
     """
-    wanted = suite.first_use and suite.timed and launch == 1
+    wanted = suite.timing.first_use and suite.timing.timed and launch == 1
     own = series.formulation is None and series.case.variant is None and not series.label
     right_case = wanted and own and series.case.name == _first_case(series.integrator)
     return right_case and isinstance(references.reference(series.integrator), bytes)

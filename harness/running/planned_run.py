@@ -86,7 +86,7 @@ def run(
     need_fork()
     began = monotonic()
     path = Path(out) / "results.sqlite" if Path(out).suffix != ".sqlite" else Path(out)
-    progress, at_once = progress or Progress(quiet=True), suite.launches > 1
+    progress, at_once = progress or Progress(quiet=True), suite.timing.launches > 1
     with open_run(path, suite, chosen, integrators, progress, near_duplicates, at_once) as run_:
         in_process = any(CaseSpec.of(case).in_process for case, _ in chosen)
         method = "fork" if in_process else references.start_method(integrators)
@@ -118,7 +118,7 @@ def open_run(
         references.require_rebuilt(integrator)
     lookup.require_distinct(integrators)
     _verify_caches()
-    every = plan.pairs(chosen, integrators, suite.formulations, near_duplicates, even=suite.for_stiff)
+    every = plan.pairs(chosen, integrators, suite.scope.formulations, near_duplicates, even=suite.scope.for_stiff)
     whole = [one for one in every if suite.has(one)]
     series, named = shard(whole, suite, near_duplicates), shard_named(whole, suite, near_duplicates)
     with progress, Store(path) as results:
@@ -128,7 +128,7 @@ def open_run(
         ended = results.noted(suite.name, rounds.NAME)
         number = results.begin_run(suite.name, shlex.join(sys.argv), environment.describe() | calls | named)
         run_ = PlannedRun(results, number, suite, known, progress, near_duplicates, named, later=later, broken=broken)
-        run_.ended = None if suite.asked else ended
+        run_.ended = None if suite.limits.asked else ended
         run_.plan(first)
         yield run_
         results.end_run(number)
@@ -231,7 +231,7 @@ class PlannedRun:
             if spec not in self.reference_solutions:
                 continue
             scorer = self._scorer(spec, one)
-            trials = one.trials(scorer.problem(one.form), settings=self.suite.settings)
+            trials = one.trials(scorer.problem(one.form), settings=self.suite.scope.settings)
             rows += [one.describe(trial, **scorer.summary()) for trial in trials]
             if self.history and one.left_out is None:
                 self.reopen(one, trials, len(scorer.reference.turned) > 0 and not one.over_timing_span)
@@ -295,7 +295,7 @@ class PlannedRun:
         again = [first[one.id] for one in order.choose_for_scatter(one.series for one in first.values())]
         blocks = [
             [Launch(number, one.series, one.trials, one.scorer, is_again=True) for one in again]
-            for number in range(fewest, self.suite.scatter_launches + 1)
+            for number in range(fewest, self.suite.timing.scatter_launches + 1)
         ]
         return order.spread(launches, blocks)
 
@@ -369,7 +369,7 @@ class PlannedRun:
         for trial in trials:
             for launch in self.known.get(trial.key, ()):
                 known = self.history[trial.key, launch]
-                turned = symmetric and suite.turned and launch == 1
+                turned = symmetric and suite.scope.turned and launch == 1
                 first = trial is trials[0] and plan.wants_first_use(series, suite, launch)
                 repeated = repeat == Repeat.ALL or (repeat == Repeat.FROM_OUTSIDE and known.from_outside)
                 if repeated:
@@ -378,7 +378,9 @@ class PlannedRun:
                     self.interruptions.pop((trial.key, launch), None)
                 if repeated or known.status == Status.INTERRUPTED:
                     self.again.setdefault(series.id, set()).add(launch)
-                elif launch > self.suite.launches or known.settles(limit_seconds, turned, suite.timed, first):
+                elif launch > self.suite.timing.launches or known.settles(
+                    limit_seconds, turned, suite.timing.timed, first
+                ):
                     continue
                 del self.history[trial.key, launch]
         self.results.add_all(self.number, marks)

@@ -177,17 +177,17 @@ class Sweep:
         """
         suite, count = self.suite, self.launch == 1 and self.series.integrator.counts_rhs
         if self.series.case.variant is None:
-            wanted = suite.turned and self.launch == 1 and not self.series.over_timing_span
+            wanted = suite.scope.turned and self.launch == 1 and not self.series.over_timing_span
             turned = wanted and len(self.task.turned) > 0
-            slow, null = suite.slow_seconds, suite.timed
+            slow, null = suite.timing.slow_seconds, suite.timing.timed
             first = setting == self.trials[0].setting and wants_first_use(self.series, suite, self.launch)
-            return Request(setting, count, suite.block_seconds, suite.repeats, slow, turned, null, first)
-        fewest = min(FEWEST_CALLS, suite.repeats)
-        return Request(setting, count, 0.0, fewest, min(suite.slow_seconds, REPEATED_SECONDS))
+            return Request(setting, count, suite.timing.block_seconds, suite.timing.repeats, slow, turned, null, first)
+        fewest = min(FEWEST_CALLS, suite.timing.repeats)
+        return Request(setting, count, 0.0, fewest, min(suite.timing.slow_seconds, REPEATED_SECONDS))
 
     def _add(self, trial: Trial, measurement: Mapping[str, Any], options: Any = None, states: Any = None) -> None:
         row = {"trial_key": trial.key, "launch": self.launch, "limit_seconds": self.limit_seconds, **measurement}
-        if not self.suite.timed:
+        if not self.suite.timing.timed:
             row = {name: value for name, value in row.items() if name not in TIMES}
         assert trial.setting is not None
         self._note(trial.setting, Known.of(row))

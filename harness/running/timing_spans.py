@@ -8,7 +8,6 @@ the least time) at every error of the report. `running/timing_spans.toml` keeps 
 import argparse
 import tempfile
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -43,7 +42,7 @@ def factor(name: str, integrators: Sequence[Integrator], folder: Path) -> int:
 
     Raises ValueError if the motion ends on a shorter span, or if no factor up to LARGEST suffices.
     """
-    suite = replace(plan.suite("foundation").within(LIMIT_SECONDS), launches=1, turned=False)
+    suite = plan.suite("foundation").within(LIMIT_SECONDS).change(launches=1, turned=False)
     found, tried = LEAST, list(integrators)
     while found <= LARGEST:
         longer = plan.lengthen(cases.get(name), found)

@@ -4,7 +4,7 @@ import io
 import math
 import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from numbers import Real
 from pathlib import Path
 from typing import Any, overload
@@ -376,8 +376,8 @@ def compare(*problem: Any, settings: Any = None, **named: Any) -> Comparison:
         chosen: list[tuple[Case, str]] = [(own[0], "")]
     else:
         chosen = [pair for case in _several(given["cases"], "cases") for pair in _case(case)]
-    suite = replace(
-        plan.suite("foundation").within(float(limit)), name="compare", launches=launches, timing_spans=False,
+    suite = plan.suite("foundation").within(float(limit)).change(
+        name="compare", launches=launches, timing_spans=False,
         settings={} if settings is None else choose_settings(settings, found),
     )  # fmt: skip
     folder = tempfile.TemporaryDirectory(dir=temporary_folder())

@@ -4,7 +4,6 @@ import shutil
 import signal
 import sys
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from pathlib import Path
 from types import FrameType
 
@@ -41,7 +40,7 @@ def no_hang() -> Iterator[None]:
 @pytest.fixture(scope="session")
 def measured(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The results of a small run, all in one file."""
-    suite = replace(plan.suite("quick"), block_seconds=0.001, repeats=3).within(LONG_SECONDS)
+    suite = plan.suite("quick").change(block_seconds=0.001, repeats=3).within(LONG_SECONDS)
     integrators = [found for name in ("gnomon:RK4", "scipy:RK45") for found in lookup.find(name)]
     chosen = selection.choose(["pendulum_simple", "pendulum_simple/rotation", "bouncing_ball"], False)
     path = run(tmp_path_factory.mktemp("measured") / "results.sqlite", suite, chosen, integrators)

@@ -25,13 +25,12 @@ import sys
 sys.path[:0] = {folders!r}
 import planted, planted_attacks
 from contextlib import nullcontext
-from dataclasses import replace
 from gnomon.harness.registry import selection
 from gnomon.harness.running import plan
 from gnomon.harness.running.planned_run import run
 from turned_clock import turned_clock
 if __name__ == "__main__":
-    suite = replace(plan.suite("quick"), block_seconds=0.0, repeats=2).within({limit!r})
+    suite = plan.suite("quick").change(block_seconds=0.0, repeats=2).within({limit!r})
     attacks = [one for one in planted_attacks.ATTACKS if one.name in {names!r}]
     chosen = selection.choose(["planted:Short"], False)
     run("alone.sqlite", suite, chosen, [planted.Sound(), planted.NearDuplicate()])

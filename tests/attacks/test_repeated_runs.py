@@ -3,7 +3,6 @@
 import itertools
 import platform
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +22,7 @@ from gnomon.harness.running.planned_run import run as run_
 COMMAND = ("run", "--case", "planted:Short", "--suite", "quick")
 BOTH = ("--integrator", "planted:Sound", "--integrator", "planted:NearDuplicate")
 SETTINGS, LAUNCHES = 8, 3
-SUITE = replace(plan.suite("quick"), launches=LAUNCHES)
+SUITE = plan.suite("quick").change(launches=LAUNCHES)
 KILLED = (Status.INTERRUPTED, "the process died of SIGKILL")
 
 
@@ -85,7 +84,7 @@ def test_all_launches_are_repeated_whatever_the_suite(tmp_path: Path, monkeypatc
     answering(monkeypatch)
     launched(tmp_path)
     pool = answering(monkeypatch)
-    launched(tmp_path, replace(SUITE, launches=1, repeat=Repeat.ALL))
+    launched(tmp_path, SUITE.change(launches=1, repeat=Repeat.ALL))
     assert len(pool.asked) == len(set(pool.asked)) == SETTINGS * LAUNCHES
     frame = store.load(tmp_path)
     assert set(frame["run"]) == {2}
@@ -97,7 +96,7 @@ def test_a_repetition_that_fails_settles_its_later_launches(tmp_path: Path, monk
     answering(monkeypatch)
     launched(tmp_path)
     answering(monkeypatch, lambda *_: (Status.CRASHED, "the rebuilt library raises"))
-    launched(tmp_path, replace(SUITE, repeat=Repeat.ALL))
+    launched(tmp_path, SUITE.change(repeat=Repeat.ALL))
     assert outstanding(tmp_path).text == ""
     assert run(tmp_path, *BOTH[:2]) == 1, "an integrator of one's own that never succeeded"
 
@@ -128,14 +127,14 @@ def test_what_a_cause_outside_ended_is_named_and_runs_again(
 
     for _ in range(3):
         answering(monkeypatch, how)
-        launched(tmp_path, replace(SUITE, launches=1))
+        launched(tmp_path, SUITE.change(launches=1))
     pool = answering(monkeypatch)
     assert run(tmp_path, *BOTH[:2]) == 0
     assert pool.asked == []
     told = capfd.readouterr().err
     assert "a cause outside may have ended 1 trials" in told
     assert "with --repeat they run again" in told
-    launched(tmp_path, replace(SUITE, launches=1, repeat=Repeat.FROM_OUTSIDE))
+    launched(tmp_path, SUITE.change(launches=1, repeat=Repeat.FROM_OUTSIDE))
     assert len(pool.asked) == 1
     assert store.load(tmp_path)["status"].value_counts().to_dict() == {"ok": SETTINGS - 1, "crashed": 1}
 
@@ -157,13 +156,13 @@ def test_repeat_without_names_is_for_what_a_cause_outside_ended(
 
 def test_a_repetition_is_no_interruption(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Trials that were repeated often and are then interrupted once are not yet crashes; they were none before."""
-    suite = replace(SUITE, launches=1)
+    suite = SUITE.change(launches=1)
     answering(monkeypatch)
     for _ in range(4):
-        launched(tmp_path, replace(suite, repeat=Repeat.ALL))
+        launched(tmp_path, suite.change(repeat=Repeat.ALL))
     answering(monkeypatch, lambda *_: KILLED)
     for repeat in (Repeat.ALL, Repeat.NOTHING, Repeat.ALL, Repeat.NOTHING):
-        launched(tmp_path, replace(suite, repeat=repeat))
+        launched(tmp_path, suite.change(repeat=repeat))
         assert set(store.load(tmp_path)["status"]) == {Status.INTERRUPTED}
     launched(tmp_path, suite)
     assert set(store.load(tmp_path)["status"]) == {Status.CRASHED}

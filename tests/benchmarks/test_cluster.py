@@ -2,7 +2,6 @@
 
 import time
 from contextlib import nullcontext
-from dataclasses import replace
 from itertools import count
 from pathlib import Path
 from typing import Any
@@ -92,7 +91,7 @@ def test_two_dask_workers_against_two_processes(
     from gnomon.harness.cluster.connection import connect
     from gnomon.harness.cluster.dask_run import run as run_on_cluster
 
-    suite = replace(plan.suite("quick").within(5.0), launches=2)
+    suite = plan.suite("quick").within(5.0).change(launches=2)
     chosen = [(case, f" {k}") for k in range(12) for case, _ in selection.choose(["planted:Short"], False)]
     places = count()
 

@@ -1,7 +1,6 @@
 """The time that the harness adds to a trial: scoring, storing, and messages to and from a worker process."""
 
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -67,7 +66,7 @@ def test_storing_a_trial(benchmark: Callable[..., Any], scorer: Scorer, tmp_path
 
 def test_a_trial_through_a_worker(benchmark: Any, scorer: Scorer) -> None:
     """A hundred trials that take no time, through one worker: messages, set-up of the problem, scoring."""
-    suite = replace(plan.suite("quick"), repeats=1, block_seconds=0.0)
+    suite = plan.suite("quick").change(repeats=1, block_seconds=0.0)
     series = plan.Series(scorer.case, None, Idle())
     (first, *_) = series.trials(scorer.problem(series.form))
     trials = [plan.Trial(str(k), first.setting) for k in range(TRIALS)]

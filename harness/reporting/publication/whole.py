@@ -69,7 +69,9 @@ def all_subjects() -> Subjects:
         },
         "stability.json": {(name, panel) for name in lookup.general() for panel in panels()},
         "engines.json": {
-            (one.id, scene) for one in league.choose_shown(lookup.own().values()) for scene in SUITES["engines"].cases
+            (one.id, scene)
+            for one in league.choose_shown(lookup.own().values())
+            for scene in SUITES["engines"].scope.cases
         },
     }
 

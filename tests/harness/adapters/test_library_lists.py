@@ -58,7 +58,7 @@ print(json.dumps({{
     "ids": [one.id for one in lookup.own().values()],
     "missing": [lookup.missing(one) for one in lookup.find("newest")],
     "versions": environment.VERSIONS,
-    "quick": plan.SUITES["quick"].integrators,
+    "quick": plan.SUITES["quick"].scope.integrators,
     "hues": style.HUES,
     "calls": case_tables.way("newest:one"),
     "ways": case_tables.WAYS,

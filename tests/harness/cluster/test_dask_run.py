@@ -3,7 +3,6 @@
 import sqlite3
 import subprocess
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +25,7 @@ from gnomon.harness.cluster.connection import Lost
 from gnomon.harness.cluster.dask_run import run as run_on_cluster
 from waiting import LONG_SECONDS
 
-SUITE = replace(plan.suite("quick").within(LONG_SECONDS).untimed(), name="cluster")
+SUITE = plan.suite("quick").within(LONG_SECONDS).untimed().change(name="cluster")
 CASES = ["planted:Short"]
 ANSWERS = [
     "series", "setting", "launch", "status", "reason", "error_max", "error_end", "error_rms", "rhs_calls", "steps",

@@ -430,21 +430,27 @@ def test_every_case_check_and_integrator_must_be_published() -> None:
     assert {name for name, _ in subjects["certificates.json"]} == {*names(), *check_names()}
     assert {name for name, *_ in subjects["checks.json"]} <= {*check_names()}
     assert {name for name, _ in subjects["stability.json"]} == lookup.general().keys()
-    assert {scene for _, scene in subjects["engines.json"]} == {*plan.SUITES["engines"].cases}
+    assert {scene for _, scene in subjects["engines.json"]} == {*plan.SUITES["engines"].scope.cases}
 
 
 @pytest.mark.slow
 def test_the_standard_run_continues_the_quick_one(tmp_path: Path) -> None:
     """In one file: measurements of the quick suite are kept, the others are added, and none is missing."""
     case, integrators = "planted:Short", [planted.Sound(), planted.NearDuplicate()]
-    quick, whole = (replace(plan.suite(name).within(300.0), launches=1) for name in ("quick", "foundation"))
-    path = run(tmp_path, quick, selection.choose([case], quick.variants), integrators, near_duplicates=False)
+    quick, whole = (plan.suite(name).within(300.0).change(launches=1) for name in ("quick", "foundation"))
+    path = run(tmp_path, quick, selection.choose([case], quick.scope.variants), integrators, near_duplicates=False)
     first = store.load(path)
     assert set(first["integrator"]) == {"sound", "near_duplicate"}, "a near-duplicate runs on the default variant"
-    run(tmp_path, whole, selection.choose([case], whole.variants), integrators, near_duplicates=False)
+    run(tmp_path, whole, selection.choose([case], whole.scope.variants), integrators, near_duplicates=False)
     both = store.load(path)
     alone = store.load(
-        run(tmp_path / "alone", whole, selection.choose([case], whole.variants), integrators, near_duplicates=False)
+        run(
+            tmp_path / "alone",
+            whole,
+            selection.choose([case], whole.scope.variants),
+            integrators,
+            near_duplicates=False,
+        )
     )
     named = ["trial_key", "launch"]
     assert both[named].sort_values(named).to_numpy().tolist() == alone[named].sort_values(named).to_numpy().tolist()

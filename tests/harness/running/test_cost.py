@@ -1,7 +1,6 @@
 """Parts of a plan have every series once, about the same cost, and do not depend on the order of options."""
 
 from collections import Counter
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -16,7 +15,7 @@ SUITE = plan.suite("quick")
 
 @pytest.fixture(scope="module")
 def series() -> list[plan.Series]:
-    return plan.pairs(selection.choose(SUITE.cases, False), lookup.find_all(()))
+    return plan.pairs(selection.choose(SUITE.scope.cases, False), lookup.find_all(()))
 
 
 @given(st.lists(st.floats(1e-3, 30.0), min_size=1, max_size=60), st.integers(1, 12))
@@ -34,7 +33,7 @@ def test_parts_are_consecutive_and_differ_from_the_mean_by_at_most_the_largest_i
 
 @pytest.mark.parametrize("count", [2, 7, 40])
 def test_every_series_is_in_exactly_one_shard(series: list[plan.Series], count: int) -> None:
-    shards = [cost.shard(series, replace(SUITE, shard=(k, count))) for k in range(1, count + 1)]
+    shards = [cost.shard(series, SUITE.change(shard=(k, count))) for k in range(1, count + 1)]
     assert Counter(one.id for part in shards for one in part) == Counter(one.id for one in series)
     seconds = [sum(cost.predict_seconds(one, SUITE) for one in part) for part in shards]
     largest = max(cost.predict_seconds(one, SUITE) for one in series)
@@ -46,13 +45,13 @@ def test_shards_do_not_depend_on_the_order_of_options(series: list[plan.Series])
     """Two jobs may name the same integrators in another order; each series must still run once."""
     shuffled: list[Any] = np.random.default_rng(1).permutation(np.array(series, dtype=object)).tolist()
     for k in (1, 2, 3):
-        suite = replace(SUITE, shard=(k, 3))
+        suite = SUITE.change(shard=(k, 3))
         assert [one.id for one in cost.shard(series, suite)] == [one.id for one in cost.shard(shuffled, suite)]
 
 
 def test_more_launches_cost_more(series: list[plan.Series]) -> None:
     (one,) = (each for each in series if each.id == "pendulum_simple/default | standard | gnomon:RK4")
-    once, often = (cost.predict_seconds(one, replace(SUITE, launches=n)) for n in (1, 5))
+    once, often = (cost.predict_seconds(one, SUITE.change(launches=n)) for n in (1, 5))
     assert often - once == pytest.approx(4 * cost.COSTS["short"]["gnomon"])
 
 

@@ -1,6 +1,5 @@
 """The first trial does not wait for the exact motions of other cases, and nothing is lost by that."""
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -82,5 +81,5 @@ def test_a_file_says_that_its_run_has_not_ended_while_cases_are_not_planned(
 
 def test_launches_that_are_repeated_are_planned_at_once(tmp_path: Path, done: list[str]) -> None:
     """So that every series is launched once before one is repeated, and a drift of the machine meets all alike."""
-    run(tmp_path, replace(SUITE, launches=2), selection.choose(CASES, False), [planted.Sound()])
+    run(tmp_path, SUITE.change(launches=2), selection.choose(CASES, False), [planted.Sound()])
     assert "trial" not in done[:3]

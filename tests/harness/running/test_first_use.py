@@ -1,7 +1,6 @@
 """The first use of an integrator is measured once, in a new process with empty caches, and disturbs nothing."""
 
 import os
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +16,7 @@ from waiting import LONG_SECONDS
 
 from gnomon import cases
 
-SUITE = replace(plan.suite("quick").within(LONG_SECONDS), first_use=True)
+SUITE = plan.suite("quick").within(LONG_SECONDS).change(first_use=True)
 SHORT = CaseSpec.of(planted.Short().rounded())
 
 
@@ -35,7 +34,7 @@ def measured(folder: Path, suite: plan.Suite) -> Any:
 
 def test_it_is_measured_at_the_first_trial_of_a_series_once(tmp_path: Path) -> None:
     """Without it first, as in a suite that does not measure it: only the first trial is run again, and no second time."""
-    without = measured(tmp_path, replace(SUITE, first_use=False))
+    without = measured(tmp_path, SUITE.change(first_use=False))
     assert without["first_seconds"].isna().all()
     found = measured(tmp_path, SUITE)
     (again,) = found[found["first_seconds"].notna()].to_dict("records")

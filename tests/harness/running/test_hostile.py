@@ -3,7 +3,6 @@
 import math
 import shutil
 from collections.abc import Iterator
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +18,7 @@ from gnomon.harness.running.planned_run import run
 from turned_clock import Clock
 from waiting import LONG_SECONDS
 
-SUITE = replace(plan.suite("quick"), block_seconds=0.002, repeats=5).within(LONG_SECONDS)
+SUITE = plan.suite("quick").change(block_seconds=0.002, repeats=5).within(LONG_SECONDS)
 FAULTS = {
     hostile.HalfACharacter: ("crashed", r"ArithmeticError: \? planted"),
     hostile.OddOptions: ("crashed", "options = 3"),

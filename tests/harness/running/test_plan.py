@@ -78,7 +78,7 @@ def test_a_method_for_stiff_equations_runs_on_stiff_variants_alone() -> None:
     suite, bdf, other = plan.suite("standard"), lookup.find_one("scipy:BDF"), lookup.find_one("scipy:RK45")
     assert {bdf, other} <= set(suite.methods(lookup.everything().values()))
     chosen = selection.choose(["damped_oscillator", "damped_oscillator/stiff_1e6", "harmonic_oscillator/fast"], False)
-    found = plan.pairs(chosen, [bdf, other], False, near_duplicates=False, even=suite.for_stiff)
+    found = plan.pairs(chosen, [bdf, other], False, near_duplicates=False, even=suite.scope.for_stiff)
     ran = [(one.variant, one.integrator.id) for one in found if suite.has(one) and one.left_out is None]
     assert [variant for variant, name in ran if name == bdf.id] == ["stiff_1e6"]
     assert len([name for _, name in ran if name == other.id]) == 3
@@ -298,13 +298,25 @@ def test_the_sweep_of_an_integrator_with_steps_starts_below_its_coarsest() -> No
 
 
 def test_the_quick_suite_has_a_method_of_every_library_and_several_for_each_of_its_cases() -> None:
-    integrators = lookup.find_all(plan.SUITES["quick"].integrators)
-    assert {one.id for one in integrators} == set(plan.SUITES["quick"].integrators)
+    integrators = lookup.find_all(plan.SUITES["quick"].scope.integrators)
+    assert {one.id for one in integrators} == set(plan.SUITES["quick"].scope.integrators)
     everywhere = (lookup.general() | lookup.list_registered()).values()
     assert {one.library for one in integrators} == {one.library for one in everywhere}
-    for name in plan.SUITES["quick"].cases:
+    for name in plan.SUITES["quick"].scope.cases:
         able = [one for one in plan.pairs([(cases.get(name), "")], integrators, False) if one.form is not None]
         assert len({one.integrator.library for one in able}) >= 2, name
+
+
+def test_a_suite_is_changed_by_the_names_of_fields() -> None:
+    """No two parts of a suite share a name: suites.toml and `change` go without the names of the parts."""
+    names = [name for part in (*plan.FIELDS.values(), plan.Suite.__annotations__) for name in part]
+    assert len(names) == len({*names})
+    quick = plan.suite("quick")
+    changed = quick.change(launches=3, limit_seconds=300.0, shard=(1, 2))
+    assert (changed.timing.launches, changed.limits.limit_seconds, changed.shard) == (3, 300.0, (1, 2))
+    assert (changed.scope, quick.shard) == (quick.scope, (1, 1))
+    with pytest.raises(TypeError, match="lunches"):
+        quick.change(lunches=3)
 
 
 @pytest.mark.parametrize("name", ["standard", "full", "catalogue"])
@@ -316,7 +328,7 @@ def test_these_suites_have_every_case_and_take_the_foundation_further(name: str)
     method, engine = lookup.find_all(["gnomon:RK4", "mujoco:mj_step RK4 [configured]"])
     assert suite.of(inside).limit(inside, method) > suite.of(outside).limit(outside, method)
     assert suite.of(outside).limit(outside, engine) >= 1.0, "of which a step takes microseconds at the least"
-    assert suite.of(outside).launches == 1
+    assert suite.of(outside).timing.launches == 1
     assert suite.within(200.0).of(outside).limit(outside, engine) == 200
 
 
@@ -335,7 +347,7 @@ def test_the_standard_suite_has_a_hard_variant_of_each_foundation_case_that_has_
     """None is longer than the rule in suites.toml allows."""
     suite = plan.suite("standard")
     for name in plan.FOUNDATION:
-        hard = [cases.get(*each.split("/")) for each in suite.hardest if each.startswith(f"{name}/")]
+        hard = [cases.get(*each.split("/")) for each in suite.scope.hardest if each.startswith(f"{name}/")]
         assert all(float(case.span) <= 1e4 * case.time_scale for case in hard)
         short = [
             v
@@ -343,14 +355,14 @@ def test_the_standard_suite_has_a_hard_variant_of_each_foundation_case_that_has_
             if float((c := cases.get(name, v.name)).span) <= 1e4 * c.time_scale
         ]
         assert len(hard) == min(1, len(short))
-    assert {each.split("/")[0] for each in suite.hardest} <= set(plan.FOUNDATION)
-    assert suite.names()[len(cases.names()) :] == [*suite.hardest, *suite.further]
+    assert {each.split("/")[0] for each in suite.scope.hardest} <= set(plan.FOUNDATION)
+    assert suite.names()[len(cases.names()) :] == [*suite.scope.hardest, *suite.scope.further]
 
 
 def test_peers_that_are_not_installed_give_a_run_no_more_minutes(monkeypatch: pytest.MonkeyPatch) -> None:
     """A run without peers would else go on as long as one with them."""
     suite, peers = plan.suite("standard"), lookup.find("diffrax")
     monkeypatch.setattr(lookup, "missing", lambda one: "not installed")
-    assert suite.budget(peers) == suite.minutes
+    assert suite.budget(peers) == suite.limits.minutes
     monkeypatch.setattr(lookup, "missing", lambda one: None)
-    assert suite.budget(peers) == suite.minutes_with_peers > suite.minutes
+    assert suite.budget(peers) == suite.limits.minutes_with_peers > suite.limits.minutes

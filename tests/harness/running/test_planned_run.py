@@ -5,7 +5,6 @@ import signal
 import sqlite3
 import subprocess
 import sys
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +20,7 @@ from gnomon.harness.system.progress import Progress
 from turned_clock import Clock, turned_clock
 from waiting import LIMIT_SECONDS, LONG_SECONDS, wait_until, with_variable
 
-SUITE = replace(plan.suite("quick"), block_seconds=0.002, repeats=5).within(LONG_SECONDS)
+SUITE = plan.suite("quick").change(block_seconds=0.002, repeats=5).within(LONG_SECONDS)
 WITHIN_1 = SUITE.within(1.0)
 """For the turned clock, by which nothing takes time but what an integrator says."""
 CASE = "planted:Short"
@@ -101,7 +100,7 @@ def test_hangs_cost_no_other_trial(hanging: Any, frame: Any) -> None:
 def test_compiling_during_a_call_does_not_count_towards_the_limit(tmp_path: Path, clock: Clock) -> None:
     """Code that a method compiles only during a call would otherwise lose all settings after it."""
     rows = of(ran(tmp_path, planted.Compiles, suite=WITHIN_1), planted.Compiles)
-    assert clock.now > WITHIN_1.limit_seconds + GRACE_SECONDS
+    assert clock.now > WITHIN_1.limits.limit_seconds + GRACE_SECONDS
     assert set(rows["status"]) == {"ok"}
     np.testing.assert_array_equal(rows["rhs_calls"], 4 * rows["steps"])
 
@@ -221,7 +220,7 @@ def test_the_second_run_repeats_nothing(tmp_path: Path) -> None:
 
 def test_every_launch_of_a_series_repeats_the_first_one(tmp_path: Path) -> None:
     """Also with more workers than series: a launch that began beside the first one found nothing to repeat."""
-    suite = replace(SUITE, launches=3)
+    suite = SUITE.change(launches=3)
     path = run(tmp_path, suite, selection.choose([CASE], False), [planted.Sound()], workers=2)
     launches = {launch: [key for key, each in measurements(path) if each == launch] for launch in (1, 2, 3)}
     assert launches[1] == launches[2] == launches[3]
@@ -231,7 +230,7 @@ def test_every_launch_of_a_series_repeats_the_first_one(tmp_path: Path) -> None:
 @pytest.mark.parametrize(("slow_seconds", "repeats"), [(0.0, 1), (0.0004, 1), (0.0006, 4), (10.0, 4)])
 def test_a_slow_trial_is_timed_once(tmp_path: Path, slow_seconds: float, repeats: int) -> None:
     """Each call takes half a millisecond: four calls fit into a block of two milliseconds."""
-    suite = replace(SUITE, slow_seconds=slow_seconds)
+    suite = SUITE.change(slow_seconds=slow_seconds)
     frame = store.load(run(tmp_path, suite, selection.choose([CASE], False), [planted.HalfAMillisecond()]))
     assert set(frame["status"]) == {"ok"}
     assert set(frame["repeats"]) == {repeats}
@@ -252,9 +251,8 @@ import planted
 from gnomon.harness.registry import selection
 from gnomon.harness.running import plan
 from gnomon.harness.running.planned_run import run
-from dataclasses import replace
 if __name__ == "__main__":
-    suite = replace(plan.suite("quick"), block_seconds=0.002, repeats=5).within(float(sys.argv[1]))
+    suite = plan.suite("quick").change(block_seconds=0.002, repeats=5).within(float(sys.argv[1]))
     kinds = [planted.Sound, planted.Raises, planted.Declines, planted.Hangs]
     run({out!r}, suite, selection.choose(["planted:Short"], False), [kind() for kind in kinds])
 """

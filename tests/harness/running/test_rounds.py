@@ -1,6 +1,5 @@
 """Rounds of repeated launches, the order of a run, and complete problems."""
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -69,10 +68,10 @@ def case_run(tmp_path_factory: pytest.TempPathFactory) -> Any:
     no time for rounds; then the same commands again."""
     folder = tmp_path_factory.mktemp("rounds")
     chosen, equal = selection.choose(["planted:Short"], False), [planted.HalfAMillisecond(), planted.AsFast()]
-    suite = replace(plan.suite("quick"), minutes=1e-9, repeats=3, block_seconds=0.001).within(LONG_SECONDS)
+    suite = plan.suite("quick").change(minutes=1e-9, repeats=3, block_seconds=0.001).within(LONG_SECONDS)
 
     def again(**changes: Any) -> tuple[set[int], str | None]:
-        path = planned_run.run(folder, replace(suite, **changes), chosen, equal)
+        path = planned_run.run(folder, suite.change(**changes), chosen, equal)
         record = reading.runs(path)[-1]["environment"].get(rounds.NAME)
         return {row["launch"] for row in reading.rows(path)}, record
 

@@ -19,8 +19,8 @@ from gnomon.harness.running.worker import FEWEST_CALLS
 
 from gnomon import cases
 
-SUITE = replace(plan.suite("quick"), limit_seconds=1.0)
-LIMIT = SUITE.limit_seconds
+SUITE = plan.suite("quick").change(limit_seconds=1.0)
+LIMIT = SUITE.limits.limit_seconds
 FAR = TIMES_THE_LIMIT * LIMIT
 
 
@@ -113,9 +113,9 @@ def test_hard_variants_are_timed_in_a_few_calls_if_these_are_short(scorer: Score
     usual = default.sweep.next()
     assert usual is not None
     assert (usual.block_seconds, usual.repeats, usual.slow_seconds) == (
-        SUITE.block_seconds,
-        SUITE.repeats,
-        SUITE.slow_seconds,
+        SUITE.timing.block_seconds,
+        SUITE.timing.repeats,
+        SUITE.timing.slow_seconds,
     )
 
 
@@ -258,7 +258,7 @@ def test_each_setting_has_its_own_place(scorer: Scorer) -> None:
 def test_later_launches_measure_times_alone(scorer: Scorer, launch: int) -> None:
     """States, right-hand sides and errors over turned starts are the same in every launch."""
     log = Log(scorer, launch=launch, history={("0", 1): known("ok", 4, 0.001)} if launch == 2 else {})
-    log.sweep.suite = replace(SUITE, turned=True)
+    log.sweep.suite = SUITE.change(turned=True)
     log.sweep.task = replace(log.sweep.task, turned=np.ones((3, 2)))
     request = log.sweep.next()
     assert request is not None

@@ -1,6 +1,5 @@
 """A run without times has the same errors; a run with times into the same file measures the trials without times."""
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +11,7 @@ from gnomon.harness.running import plan
 from gnomon.harness.running.planned_run import run
 from waiting import LONG_SECONDS
 
-TIMED = replace(plan.suite("quick").within(LONG_SECONDS), launches=1)
+TIMED = plan.suite("quick").within(LONG_SECONDS).change(launches=1)
 
 
 def measured(path: Path, suite: plan.Suite) -> Any:
@@ -21,7 +20,7 @@ def measured(path: Path, suite: plan.Suite) -> Any:
 
 
 def test_errors_alone_first_and_times_later(tmp_path: Path) -> None:
-    assert TIMED.launches == 1
+    assert TIMED.timing.launches == 1
     alone = measured(tmp_path, TIMED.untimed())
     assert alone[list(TIMES)].isna().all(axis=None)
     assert alone["repeats"].median() == 1, (

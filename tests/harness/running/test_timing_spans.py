@@ -1,6 +1,5 @@
 """The time of one more period: which cases a suite runs over several spans, how often, and the difference of their times."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -54,7 +53,7 @@ def test_both_spans_have_the_same_launches_and_near_duplicates_have_none() -> No
     own = [one for one in series if not one.over_timing_span]
     assert {one.formulation for one in longer} == {None} < {one.formulation for one in own}
     assert {plan.launches(one, FOUNDATION, False) for one in series if one.integrator is primary} == {
-        FOUNDATION.launches
+        FOUNDATION.timing.launches
     }
     assert [one.left_out for one in longer if one.integrator is duplicate] == [plan.NEAR_DUPLICATE]
     named = plan.pairs(chosen, [duplicate], formulations=False)
@@ -64,7 +63,7 @@ def test_both_spans_have_the_same_launches_and_near_duplicates_have_none() -> No
 def test_one_more_period_of_a_run_is_the_difference_of_its_times(tmp_path: Path) -> None:
     """At the settings of the default span, of which the step sizes are a part; the export has it. A run that is repeated
     measures nothing again."""
-    suite = replace(FOUNDATION.within(LONG_SECONDS), launches=2, block_seconds=0.0, repeats=2, formulations=False)
+    suite = FOUNDATION.within(LONG_SECONDS).change(launches=2, block_seconds=0.0, repeats=2, formulations=False)
     case = cases.get("kepler_orbit")
     assert case.turning is not None
     chosen = plan.with_timing_spans([(case.rounded(), "")], suite)
