@@ -48,7 +48,7 @@ class Library:
     driven: str = ""
     """How it is driven, for docs/libraries.md: what is compiled, what is Python, what a call costs. Markdown."""
     colour: str | None = None
-    """In charts; without, it has the colour of text."""
+    """In charts, by its name in templates/colours.toml of `reporting`; without, it has the colour of text."""
 
     def way(self, name: str) -> str:
         """How the integrator of this name calls the equations (see `calls`); empty if that is not declared."""

@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 from gnomon.harness.contract.status import Status
 from gnomon.harness.reporting.figures_work import ERRORS
-from gnomon.harness.reporting.style import INK, dress, records
+from gnomon.harness.reporting.style import EDGE, INK, dress, find_colour, records
 from gnomon.harness.results.number_text import short_text
 
 
@@ -99,10 +99,10 @@ def hierarchy_chart(levels: pd.DataFrame) -> alt.LayerChart:
     )
     legend = alt.Legend(title=None, orient="top")
     domain = [spans["early"], spans["error"]]
-    colour = alt.Color("over:N", legend=legend, scale=alt.Scale(domain=domain, range=["#b9b6ae", INK]))
+    colour = alt.Color("over:N", legend=legend, scale=alt.Scale(domain=domain, range=[EDGE, INK]))
     shape = alt.Shape("over:N", legend=legend, scale=alt.Scale(domain=domain, range=["circle", "diamond"]))
     tooltip = [alt.Tooltip("place:N", title="model"), "lacks:N", "over:N", alt.Tooltip("words:N", title="error")]
-    lines = base.mark_line(color="#b9b6ae", strokeWidth=2).encode(x, y, detail="place:N")
+    lines = base.mark_line(color=EDGE, strokeWidth=2).encode(x, y, detail="place:N")
     dots = base.mark_point(size=120, filled=True, opacity=1).encode(x, y, color=colour, shape=shape, tooltip=tooltip)
     # Labels left and right of the points: the error over the first period is never the larger one.
     early = base.transform_filter(f"datum.over === '{spans['early']}'")
@@ -127,7 +127,7 @@ def policy_chart(points: pd.DataFrame) -> alt.LayerChart:
     )
     names = [name for name in ("as shipped", "configured", "staggered") if name in set(table["policy"])]
     names += sorted(set(table["policy"]) - set(names))
-    colours = ["#b34700", "#1f5fa8", "#1b7a3d", "#8a6d00", "#6a3d9a"]
+    colours = [find_colour(name) for name in ("orange", "blue", "green", "ochre", "violet")]
     shapes = ["cross", "circle", "diamond", "square", "triangle-up"]
     base = alt.Chart(alt.NamedData("points")).encode(
         y=alt.Y("place:N", title=None, sort=None, axis=alt.Axis(labelLimit=320, grid=True))
@@ -142,7 +142,7 @@ def policy_chart(points: pd.DataFrame) -> alt.LayerChart:
             labelExpr=f"datum.value > 1 ? '{Status.DIVERGED}' : {ERRORS}",
         ),
     )
-    lines = base.mark_line(color="#b9b6ae", strokeWidth=2).encode(x=x, detail="place:N")
+    lines = base.mark_line(color=EDGE, strokeWidth=2).encode(x=x, detail="place:N")
     legend = alt.Legend(title=None, orient="top")
     dots = base.mark_point(size=90, filled=True, opacity=1).encode(
         x,

@@ -12,7 +12,7 @@ import altair as alt
 import numpy as np
 import pandas as pd
 from gnomon.harness.contract.status import Status
-from gnomon.harness.reporting.style import GRID, INK, LETTERS, PALE, QUIET, dress, records
+from gnomon.harness.reporting.style import COLOURS, GRID, INK, LETTERS, PALE, QUIET, dress, records
 from gnomon.harness.results.equal_error import TARGETS, credit_errors, crossing
 
 SECONDS = {-9: "1 ns", -8: "10 ns", -7: "100 ns", -6: "1 µs", -5: "10 µs", -4: "100 µs", -3: "1 ms", -2: "10 ms"}
@@ -25,7 +25,7 @@ MARGIN = 0.45
 TOP = 2.6
 EXACT = -17.0
 """The decade at which an error of exactly zero is drawn, below every floor."""
-OTHERS = "#c4c1b8"
+OTHERS = COLOURS["faint"]
 TENTHS = 8
 """Marks of failed trials that are closer than one over this number of decades are one mark."""
 PROBLEM = ["case", "variant", "formulation"]
@@ -189,7 +189,7 @@ def _limit_words(rules: alt.Chart, small: dict[str, Any], floor: bool, halo: boo
     A pale edge (`halo`) separates letters from lines.
     """
     place = {"baseline": "top", "dy": 4} if floor else {"baseline": "bottom", "dy": -2}
-    edge = {"stroke": "#ffffff", "strokeWidth": 3, "strokeOpacity": 0.85} if halo else {}
+    edge = {"stroke": COLOURS["paper"], "strokeWidth": 3, "strokeOpacity": 0.85} if halo else {}
     chosen = rules.transform_filter(f"(indexof(datum.limit, 'floor') == 0) == {str(floor).lower()}")
     words = chosen.mark_text(**small | {"align": "right", "dx": -4} | place | edge)
     return words.encode(y="at:Q", x=alt.value("width"), text="limit:N")

@@ -118,7 +118,7 @@ def _page(words: dict[str, Any], charts: dict[str, Any]) -> str:
     }
     plain = Environment(undefined=StrictUndefined)
     css = plain.from_string(_source("report.css")).render(
-        dark=style.DARK, own_grey=style.OWN_GREY, colours=style.STATUS_COLOURS
+        page=style.PAGE, dark=style.DARK, own_grey=style.OWN_GREY, colours=style.STATUS_COLOURS
     )
     return environment.get_template("report.html.j2").render(
         words,

@@ -123,7 +123,9 @@ def page_charts(run: Run, work: dict[str, Problems], charts: Specifications) -> 
 
 def _work_precision(look: pd.DataFrame, axis: str) -> dict[str, Any]:
     """`work_precision`, kept on disk because Altair takes half a second for it."""
-    given = json.dumps([axis, alt.__version__, style.STYLE, style.STATUSES, look.to_dict("list")])
+    given = json.dumps(
+        [axis, alt.__version__, style.STYLE, style.DRESS, style.STATUSES, style.STATUS_COLOURS, look.to_dict("list")]
+    )
     modules = (work_precision.__module__, style.__name__)
     found: dict[str, Any] = keep_result(modules, given, lambda: work_precision(look, axis))
     return found

@@ -14,7 +14,7 @@ import altair as alt
 import numpy as np
 from gnomon.harness.contract.status import Status
 from gnomon.harness.reporting import sidecars
-from gnomon.harness.reporting.style import INK, QUIET, dress, hue
+from gnomon.harness.reporting.style import INK, QUIET, SHARE, dress, hue
 from gnomon.harness.results.profiles import OURS
 
 ROW, WIDTH, CELL = 18, 170, 46
@@ -207,7 +207,7 @@ def _cells(columns: Sequence[Mapping[str, Any]], marks: Sequence[Mapping[str, An
     base = alt.Chart(alt.NamedData("cells")).encode(
         x=x, y=_names(names, grid=False), tooltip=[*TOOLTIP, alt.Tooltip("column:N")]
     )
-    scale = alt.Scale(domain=[0, 1], range=["#e8f1ee", "#f6cf8f", "#c2410c"])
+    scale = alt.Scale(domain=[0, 1], range=SHARE)
     cells = base.mark_rect(stroke="white").encode(color=alt.Color("shade:Q", scale=scale, legend=None))
     ink = alt.condition("datum.shade > 0.75", alt.value("white"), alt.value(INK))
     words = base.mark_text(fontSize=9).encode(text="told:N", color=ink)

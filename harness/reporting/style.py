@@ -7,21 +7,44 @@ import re
 from typing import Any
 
 import pandas as pd
+from gnomon.cases.core.numbers import nearest
 from gnomon.harness.adapters.libraries import LIBRARIES
 from gnomon.harness.contract.declared import read_declared
 from gnomon.harness.results.profiles import OURS
 
-STYLE = read_declared("reporting", "templates/figures.toml")
-INK, QUIET, PALE, GRID = (STYLE["inks"][name] for name in ("ink", "quiet", "pale", "grid"))
-OWN_GREY: str = STYLE["inks"]["own"]
-HUES: dict[str, str] = {name: one.colour for name, one in LIBRARIES.items() if one.colour} | {OURS: OWN_GREY}
-DARK: dict[str, str] = STYLE["dark"]
+_DECLARED = read_declared("reporting", "templates/colours.toml")
+_PAIRS = {name: one for name, one in _DECLARED["figures"].items() if isinstance(one, list)}
+COLOURS: dict[str, str] = _DECLARED["figures"] | {name: light for name, (light, _) in _PAIRS.items()}
+"""The colours of figures by name."""
+DARK: dict[str, str] = dict(_PAIRS.values())
 """By colour, its counterpart on a dark page."""
-DRESS: dict[str, Any] = {**STYLE["config"], "view": {"stroke": None}}
+PAGE: dict[str, list[str]] = _DECLARED["page"]
+"""The colours of the page by name, each on a light page and on a dark one."""
+DOCUMENT: dict[str, str] = _DECLARED["document"]
+LINES: list[str] = _DECLARED["sequences"]["lines"]
+SHARE: list[str] = _DECLARED["sequences"]["share"]
+INK, QUIET, PALE, GRID, EDGE, OWN_GREY = (COLOURS[name] for name in ("ink", "quiet", "pale", "grid", "edge", "own"))
+
+
+def find_colour(name: str) -> str:
+    """The colour of figures with this name; ValueError for an unknown one."""
+    if name not in COLOURS:
+        raise ValueError(f"no colour is called {name!r} in templates/colours.toml; {nearest(name, COLOURS)}")
+    return COLOURS[name]
+
+
+HUES = {name: find_colour(one.colour) for name, one in LIBRARIES.items() if one.colour} | {OURS: OWN_GREY}
+STYLE = read_declared("reporting", "templates/figures.toml")
+DRESS: dict[str, Any] = {
+    part: {key: find_colour(value) if key.lower().endswith("color") else value for key, value in given.items()}
+    if isinstance(given, dict)
+    else given
+    for part, given in STYLE["config"].items()
+} | {"view": {"stroke": None}}
 """The common style as Vega-Lite's configuration: grey axes, no frame, one font."""
 FAMILIES: dict[str, dict[str, Any]] = STYLE["families"]
 STATUSES: dict[str, dict[str, str]] = read_declared("reporting", "templates/statuses.toml")
-STATUS_COLOURS = {name: each["colour"] for name, each in STATUSES.items()}
+STATUS_COLOURS: dict[str, str] = _DECLARED["statuses"]
 LETTERS = {name: each["letter"] for name, each in STATUSES.items() if "letter" in each}
 MEANINGS = {name: each["meaning"] for name, each in STATUSES.items() if "meaning" in each}
 
@@ -90,7 +113,7 @@ def records(table: pd.DataFrame) -> list[dict[str, Any]]:
 
 def dress(chart: Any, datasets: dict[str, Any] | None = None) -> Any:
     """The chart in the common style: grey axes, no frame, one font; with its data by name."""
-    found = chart.configure(**STYLE["config"]).configure_view(stroke=None)
+    found = chart.configure(**DRESS)
     if datasets is not None:
         found.datasets = datasets  # last: every call before copies all rows
     return found

@@ -7,7 +7,7 @@ from typing import Any
 import altair as alt
 import numpy as np
 from gnomon.harness.contract.integrator import Floats
-from gnomon.harness.reporting.style import QUIET, dress
+from gnomon.harness.reporting.style import LINES, QUIET, dress
 from gnomon.harness.results.visible import visible
 from gnomon.harness.trajectories.comparison import Comparison, pick_evenly
 
@@ -16,7 +16,6 @@ MOST_POINTS = 600
 """Points of a line; more cannot be told apart."""
 LEAST = 1e-17
 """Smaller errors, as the zero at the start, are not drawn."""
-COLOURS = ("#0072B2", "#D55E00", "#009E73", "#B0508A", "#8a6d00", "#56B4E9", "#4b4b4b", "#E69F00")
 
 
 def chart(found: Comparison, verdict: str, bound: float | None) -> Any:
@@ -53,7 +52,7 @@ def _motion(found: Comparison) -> list[Any]:
         names = [name for _, name in members]
         colour = alt.Color(
             "coordinate:N",
-            scale=alt.Scale(domain=names, range=[COLOURS[k % len(COLOURS)] for k in range(len(names))]),
+            scale=alt.Scale(domain=names, range=[LINES[k % len(LINES)] for k in range(len(names))]),
             legend=alt.Legend(title=None, symbolType="stroke", symbolStrokeWidth=2.5),
         )
         shown = [(i, name) for i, name in members]
@@ -95,7 +94,7 @@ def _error(found: Comparison, bound: float | None) -> Any:
     if bound is not None:
         rows += [{"t": t, "error": bound, "line": "allowed"} for t in (0.0, float(found.times[-1]))]
         names.append("allowed")
-    colours = [QUIET if name == "allowed" else COLOURS[k % len(COLOURS)] for k, name in enumerate(names)]
+    colours = [QUIET if name == "allowed" else LINES[k % len(LINES)] for k, name in enumerate(names)]
     return (
         alt.Chart(
             alt.InlineData(rows), width=WIDTH, height=HEIGHT, title=alt.TitleParams("Error by time", fontSize=12.5)

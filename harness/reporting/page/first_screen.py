@@ -14,7 +14,7 @@ from gnomon.harness.reporting.page import moving
 from gnomon.harness.reporting.page.kind_table import kind_table
 from gnomon.harness.reporting.page.representing import Representatives, choose_for, label
 from gnomon.harness.reporting.page.stills import NARROW, WIDE, figure, stills
-from gnomon.harness.reporting.style import DRESS, INK, OWN_GREY, QUIET, hue, records
+from gnomon.harness.reporting.style import DRESS, INK, OWN_GREY, QUIET, find_colour, hue, records
 from gnomon.harness.results import analysis, number_text, profiles
 from gnomon.harness.results.contenders import OWN, THIRD, YOURS, division
 from gnomon.harness.results.number_text import error_text, join_words, power_text, time_text
@@ -196,7 +196,7 @@ def _distinct(libraries: Sequence[str]) -> list[str]:
     """A colour a line: of its library, if each library has one line here; else one of the hues in turn."""
     if len(set(libraries)) == len(libraries):
         return [hue(one) for one in libraries]
-    others = ["#b34700", "#1b7a3d", "#1f5fa8", "#c2186b", "#8a6d00", "#6a3d9a", INK]
+    others = [find_colour(name) for name in ("orange", "green", "blue", "pink", "ochre", "violet", "ink")]
     return [
         OWN_GREY if one == profiles.OURS and len(set(libraries)) > 1 else others[k % len(others)]
         for k, one in enumerate(libraries)

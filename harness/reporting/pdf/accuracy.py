@@ -16,6 +16,7 @@ from gnomon.harness.reporting.pdf import answers, measured, provenance
 from gnomon.harness.reporting.pdf.pictures import shorten
 from gnomon.harness.reporting.pdf.subject import Subject
 from gnomon.harness.reporting.report_run import Run
+from gnomon.harness.reporting.style import DOCUMENT
 from gnomon.harness.results import opening, store
 from gnomon.reference.storage import diskcache
 
@@ -80,4 +81,5 @@ def typeset(content: Mapping[str, Any], made: datetime, form: Literal["pdf", "pn
 def document(content: Mapping[str, Any]) -> typst.Compiler:
     """The document, not yet set. Only fonts of typst are used."""
     template = (files("gnomon.harness.reporting.pdf") / "templates" / "accuracy.typ").read_bytes()
-    return typst.Compiler(template, ignore_system_fonts=True, sys_inputs={"data": json.dumps(content)})
+    inputs = {"data": json.dumps(content), "colours": json.dumps(DOCUMENT)}
+    return typst.Compiler(template, ignore_system_fonts=True, sys_inputs=inputs)

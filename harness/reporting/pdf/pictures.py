@@ -11,11 +11,9 @@ from gnomon.harness.contract.status import Status
 from gnomon.harness.reporting.figures_work import ERRORS, draw, work_points, work_precision
 from gnomon.harness.reporting.images import leaner
 from gnomon.harness.reporting.pdf.subject import Subject
-from gnomon.harness.reporting.style import INK, QUIET, STATUS_COLOURS, dress
+from gnomon.harness.reporting.style import COLOURS, INK, LINES, QUIET, STATUS_COLOURS, dress
 
 FONT = "Libertinus Serif"
-COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#8a6d00", "#56B4E9")
-"""From Okabe and Ito's palette."""
 DASHES = ([1, 0], [6, 3], [2, 2], [8, 2, 2, 2], [4, 4], [10, 3])
 ROWS = 64
 """Largest number of cases in one column of the figure of digits."""
@@ -40,7 +38,7 @@ def work_diagrams(subject: Subject) -> list[dict[str, Any]]:
     if not names:
         return []
     rows = subject.used(run.reduced[run.reduced["case"].isin(names)])
-    look = run.look.assign(colour=COLOURS[0])  # that of the others is not shown
+    look = run.look.assign(colour=LINES[0])  # that of the others is not shown
     points = work_points(rows, look)
     mine = points["series"] == subject.name
     axis = "time" if np.isfinite(points.loc[mine, "time"]).any() else "calls"
@@ -83,7 +81,7 @@ def growth_chart(subject: Subject) -> dict[str, Any] | None:
     if not rows:
         return None
     names = [shorten(case) for case in cases]
-    looks = {"color": (alt.Color, COLOURS), "strokeDash": (alt.StrokeDash, DASHES)}
+    looks = {"color": (alt.Color, LINES), "strokeDash": (alt.StrokeDash, DASHES)}
     legend = alt.Legend(title=None, orient="right", symbolStrokeWidth=2, symbolType="stroke")
     encoded = {
         channel: kind("case:N", legend=legend, scale=alt.Scale(domain=names, range=list(values[: len(names)])))
@@ -141,12 +139,12 @@ def _digits(part: pd.DataFrame, subject: Subject, width: int) -> dict[str, Any]:
     scale = alt.Scale(domain=[0, 17], nice=False)
     layers = [
         base.mark_tick(color=QUIET, thickness=1.2, size=9).encode(x=alt.X("limit:Q")),
-        base.mark_rule(color=COLOURS[0], strokeWidth=2).encode(x="low:Q", x2="high:Q"),
-        base.mark_point(color=COLOURS[0], filled=True, size=34, opacity=1).encode(
+        base.mark_rule(color=LINES[0], strokeWidth=2).encode(x="low:Q", x2="high:Q"),
+        base.mark_point(color=LINES[0], filled=True, size=34, opacity=1).encode(
             x=alt.X("digits:Q", title="correct digits", axis=axis, scale=scale)
         ),
         base.transform_filter("datum.verdict")
-        .mark_text(align="left", color="#8c2d3a", fontSize=10.5, dx=3)
+        .mark_text(align="left", color=STATUS_COLOURS["crashed"], fontSize=10.5, dx=3)
         .encode(x=alt.datum(0), text="verdict:N"),
     ]
     chart = alt.layer(*layers).properties(width=width, height={"step": 12})
@@ -173,7 +171,7 @@ def failure_chart(subject: Subject) -> dict[str, Any]:
     whole = {"values": list(range(most + 1))} if most < 8 else {"tickMinStep": 1}
     bars = (
         alt.Chart(alt.NamedData("rows"))
-        .mark_bar(stroke="#8d8a82", strokeWidth=0.5, size=14)
+        .mark_bar(stroke=COLOURS["outline"], strokeWidth=0.5, size=14)
         .encode(
             x=alt.X("problems:Q", title="problems", axis=alt.Axis(format="d", **whole)),
             y=alt.Y("kind:N", title=None, sort=order, axis=alt.Axis(labelLimit=300, labelColor=INK, ticks=False)),

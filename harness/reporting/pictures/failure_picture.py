@@ -7,6 +7,7 @@ import math
 import re
 import textwrap
 from collections import Counter
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -19,7 +20,7 @@ from gnomon.harness.contract.integrator import Integrator, Tolerance
 from gnomon.harness.measuring.trials import HALF_ULP, Trials
 from gnomon.harness.registry import selection
 from gnomon.harness.reporting.images import save
-from gnomon.harness.reporting.style import INK, QUIET, dress
+from gnomon.harness.reporting.style import INK, LINES, QUIET, dress
 from gnomon.harness.results.convergence_order import LARGEST_ERROR
 from gnomon.harness.results.visible import visible
 from gnomon.harness.system.supervisor import run
@@ -34,7 +35,6 @@ WIDTH, MARGIN = 640, 48
 """Pixels of a panel, and of the labels to its left."""
 LEAST = 1e-17
 """Errors of zero are drawn at this value, which is below every floor."""
-COLOURS = ("#0072B2", "#D55E00", "#009E73", "#B0508A", "#8a6d00", "#56B4E9", "#4b4b4b", "#E69F00")
 DRAWN_SCALES = 400.0
 """Over more time scales the exact motion is drawn as points, as the oscillations of a line would merge."""
 TICKS = 6
@@ -141,7 +141,7 @@ def _time(times: Any) -> Any:
     return alt.X("t:Q", title="t (s)", scale=alt.Scale(domain=[0.0, float(times[-1])], nice=False))
 
 
-def _colour(name: str, domain: list[str], colours: tuple[str, ...] = COLOURS) -> Any:
+def _colour(name: str, domain: list[str], colours: Sequence[str] = LINES) -> Any:
     scale = alt.Scale(domain=domain, range=[colours[k % len(colours)] for k in range(len(domain))])
     return alt.Color(name, scale=scale, legend=alt.Legend(title=None, symbolType="stroke", symbolStrokeWidth=2.5))
 
@@ -175,7 +175,7 @@ def _errors(table: Any, x: Any) -> Any:
     names = list(dict.fromkeys(table["line"]))
     y = alt.Y("decades:Q", title="error / size", **_axis(table["decades"], MARGIN))
     chart = alt.Chart(table, width=WIDTH, height=150)
-    colour = _colour("line:N", names, (COLOURS[1], QUIET))
+    colour = _colour("line:N", names, (LINES[1], QUIET))
     return chart.mark_line(strokeWidth=1.5, point={"size": 16}).encode(x=x, y=y, color=colour)
 
 

@@ -37,7 +37,7 @@ TABLE = {
     "modules": ["newest_adapter"],
     "quick": ["two"],
     "calls": {"*": "python"},
-    "colour": "#123456",
+    "colour": "teal",
 }
 PROGRAM = f"""
 import importlib, json, sys, types
@@ -60,6 +60,7 @@ print(json.dumps({{
     "versions": environment.VERSIONS,
     "quick": plan.SUITES["quick"].scope.integrators,
     "hues": style.HUES,
+    "colours": style.COLOURS,
     "calls": case_tables.way("newest:one"),
     "ways": case_tables.WAYS,
     "page": library_copies.page(),
@@ -95,7 +96,7 @@ def test_the_versions_of_a_new_library_are_recorded(lists: dict[str, Any]) -> No
 def test_the_page_names_a_new_library(lists: dict[str, Any]) -> None:
     """By its colour, and by what a time of its integrators includes."""
     assert lists["calls"] == lists["ways"]["python"]
-    assert lists["hues"]["newest"] == "#123456"
+    assert lists["hues"]["newest"] == lists["colours"]["teal"]
 
 
 def test_documents_and_project_file_name_a_new_library(lists: dict[str, Any]) -> None:
