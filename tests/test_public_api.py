@@ -103,6 +103,17 @@ def test_a_name_that_does_not_exist_is_an_attribute_error() -> None:
         getattr(importlib.import_module("gnomon"), "solv")  # noqa: B009 - the name is the point
 
 
+def test_help_begins_with_every_function() -> None:
+    """`help(gnomon)` in a session is where a user looks first; the functions of `gnomon.verify` are in the table too."""
+    (table, *_) = re.findall(r"(?:^    \S.*\n)+", gnomon.__doc__ or "", re.M)
+    listed = dict(re.findall(r"^    ([\w.]+)\(.*?\) +(\S.*)$", table, re.M))
+    functions = {name for name in gnomon.__all__ if inspect.isfunction(getattr(gnomon, name))}
+    functions |= {
+        f"verify.{name}" for name in gnomon.verify.__all__ if inspect.isfunction(getattr(gnomon.verify, name))
+    }
+    assert functions == listed.keys()
+
+
 @pytest.mark.parametrize("name", PUBLIC)
 def test_the_sections_are_there(name: str) -> None:
     value = PUBLIC[name]
