@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 from gnomon.harness.commands import options
+from gnomon.harness.commands.completion import complete_subject
 from gnomon.harness.commands.options import out
 from rich.markup import escape
 from rich.table import Table
@@ -18,9 +19,16 @@ if TYPE_CHECKING:
 
 def certify(
     case: Annotated[
-        list[str] | None, typer.Argument(help=f"{options.CASE}, or a check; several. By default all cases and checks.")
+        list[str] | None,
+        typer.Argument(
+            help=f"{options.CASE}, or a check; several. By default all cases and checks.",
+            autocompletion=complete_subject,
+        ),
     ] = None,
-    named: Annotated[list[str] | None, typer.Option("--case", help="The same as an argument; repeatable.")] = None,
+    named: Annotated[
+        list[str] | None,
+        typer.Option("--case", help="The same as an argument; repeatable.", autocompletion=complete_subject),
+    ] = None,
     to: Annotated[Path, options.path_option("Where the certificates go, as JSON.", "--out")] = Path(
         "runs/certificates.json"
     ),

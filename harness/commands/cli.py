@@ -8,7 +8,7 @@ import warnings
 from typing import Annotated, Any
 
 import typer
-from gnomon.harness.commands import interruption
+from gnomon.harness.commands import completion, interruption
 from gnomon.harness.commands.baseline import baseline
 from gnomon.harness.commands.certify import certify
 from gnomon.harness.commands.check import check
@@ -92,7 +92,7 @@ ONE_THREAD = ("OPENBLAS_NUM_THREADS", "1")
 3.6 ms of processor time instead of 0.02 ms, and a run has a worker on each processor anyway."""
 UNREAD = 141
 """The exit code if the program that reads the output ends first (`gnomon list | head`), as in a shell for SIGPIPE."""
-COMPLETION = {"_GNOMON_COMPLETE", "--show-completion", "--install-completion"}
+COMPLETION = {completion.SIGN, "--show-completion", "--install-completion"}
 """Signs of a request for the completion of the shell: an environment variable, or the first word."""
 FORMER = "--to"
 """What --out was called in some commands: its error names --out."""
@@ -135,7 +135,8 @@ def _is_unread(end: SystemExit) -> bool:
 def _run() -> int:
     code = 2
     try:
-        return int(app(prog_name="gnomon", standalone_mode=False) or 0)
+        with completion.whole_words():
+            return int(app(prog_name="gnomon", standalone_mode=False) or 0)
     except SystemExit as end:
         if _is_unread(end):
             raise

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from gnomon.harness.commands import options
 from gnomon.harness.commands.cluster_options import Dask
+from gnomon.harness.commands.completion import complete_case, complete_integrator
 from gnomon.harness.commands.options import out, problems
 from gnomon.harness.results.visible import shorten
 from rich.markup import escape
@@ -26,8 +27,8 @@ IMPORT = "from gnomon.harness.ensembles.samples import Ensemble, Varied"
 
 
 def ensemble(
-    case: Annotated[str, typer.Option(help=f"{options.CASE}; one.")],
-    integrator: Annotated[str, typer.Option(help=f"{options.INTEGRATOR}; one.")],
+    case: Annotated[str, typer.Option(help=f"{options.CASE}; one.", autocompletion=complete_case)],
+    integrator: Annotated[str, typer.Option(help=f"{options.INTEGRATOR}; one.", autocompletion=complete_integrator)],
     samples: Annotated[str, typer.Option(help="The number of starts, as 2**20 or 1e6.")],
     setting: Annotated[
         float | None,

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+from gnomon.harness.commands.completion import complete_case, complete_integrator
 from gnomon.harness.results.visible import shorten, show
 from gnomon.harness.system import extras
 from rich.console import Console
@@ -70,12 +71,21 @@ Parameters = Annotated[
 
 CASE = "A case, case/variant, 'pattern*' or package.module:Case"
 INTEGRATOR = "An id, name, library, 'pattern*' or package.module:object"
-CaseArgument = Annotated[str | None, typer.Argument(help=f"{CASE}.")]
-CaseOption = Annotated[str | None, typer.Option("--case", help="The case; the same as the argument.")]
-Cases = Annotated[list[str] | None, typer.Option("--case", help=f"{CASE}; repeatable.")]
-IntegratorArgument = Annotated[str | None, typer.Argument(help=f"{INTEGRATOR}.")]
-IntegratorOption = Annotated[str | None, typer.Option("--integrator", help="The integrator; the same as the argument.")]
-Integrators = Annotated[list[str] | None, typer.Option("--integrator", help=f"{INTEGRATOR}; repeatable.")]
+CaseArgument = Annotated[str | None, typer.Argument(help=f"{CASE}.", autocompletion=complete_case)]
+CaseOption = Annotated[
+    str | None,
+    typer.Option("--case", help="The case; the same as the argument.", autocompletion=complete_case),
+]
+Cases = Annotated[list[str] | None, typer.Option("--case", help=f"{CASE}; repeatable.", autocompletion=complete_case)]
+IntegratorArgument = Annotated[str | None, typer.Argument(help=f"{INTEGRATOR}.", autocompletion=complete_integrator)]
+IntegratorOption = Annotated[
+    str | None,
+    typer.Option("--integrator", help="The integrator; the same as the argument.", autocompletion=complete_integrator),
+]
+Integrators = Annotated[
+    list[str] | None,
+    typer.Option("--integrator", help=f"{INTEGRATOR}; repeatable.", autocompletion=complete_integrator),
+]
 Programs = Annotated[
     str | None,
     typer.Option("--command", help="A program that reads problems and writes states, as './mysolver --fast'."),

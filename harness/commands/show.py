@@ -5,11 +5,14 @@ from typing import Annotated
 
 import typer
 from gnomon.harness.commands import options
+from gnomon.harness.commands.completion import complete_subject
 from gnomon.harness.commands.options import out
 
 
 def show(
-    case: Annotated[str | None, typer.Argument(help=f"{options.CASE}; a check or check/variant.")] = None,
+    case: Annotated[
+        str | None, typer.Argument(help=f"{options.CASE}; a check or check/variant.", autocompletion=complete_subject)
+    ] = None,
     named: options.CaseOption = None,
     parameters: options.Parameters = None,
     plot: Annotated[Path | None, options.path_option("Draw the motion to this file: .svg, .png or .html.")] = None,

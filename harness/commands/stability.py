@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from gnomon.harness.commands import options
+from gnomon.harness.commands.completion import complete_integrator
 from gnomon.harness.commands.options import out, problems
 from rich.box import SIMPLE_HEAD
 from rich.markup import escape
@@ -25,10 +26,12 @@ WRITE_SECONDS = 60.0
 
 def stability(
     integrator: Annotated[
-        list[str] | None, typer.Argument(help=f"{options.INTEGRATOR}; several. By default all.")
+        list[str] | None,
+        typer.Argument(help=f"{options.INTEGRATOR}; several. By default all.", autocompletion=complete_integrator),
     ] = None,
     named: Annotated[
-        list[str] | None, typer.Option("--integrator", help="The same as an argument; repeatable.")
+        list[str] | None,
+        typer.Option("--integrator", help="The same as an argument; repeatable.", autocompletion=complete_integrator),
     ] = None,
     panel: Annotated[list[str] | None, typer.Option(help="A panel by its id; repeatable. By default all.")] = None,
     depth: Annotated[

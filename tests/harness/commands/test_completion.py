@@ -1,0 +1,92 @@
+"""A shell completes the names of cases and integrators; bash gets what readline inserts after the last colon."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import platformdirs
+import pytest
+from command_line import gnomon
+from gnomon.harness.registry import ids, lookup
+
+from gnomon import cases
+
+
+@pytest.fixture
+def completed(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
+    """A function that gives the answer to words as bash divides them, of which the last one is incomplete."""
+
+    def ask(*words: str) -> list[str]:
+        monkeypatch.setenv("_GNOMON_COMPLETE", "complete_bash")
+        monkeypatch.setenv("COMP_WORDS", "\n".join(["gnomon", *words]))
+        monkeypatch.setenv("COMP_CWORD", str(len(words)))
+        assert gnomon() == 0
+        return capsys.readouterr().out.splitlines()
+
+    return ask
+
+
+@pytest.mark.parametrize(
+    "before",
+    [
+        *(("show",), ("exact",), ("scene",), ("certify",), ("run", "--case"), ("check", "a.csv", "--case")),
+        *(("ensemble", "--case"), ("verify", "--case"), ("baseline", "write", "--case"), ("show", "--case")),
+    ],
+)
+def test_cases_are_completed(completed, before: tuple[str, ...]) -> None:
+    assert "kepler_orbit" in completed(*before, "kepler")
+    variants = {f"kepler_orbit/{one.name}" for one in cases.case_class("kepler_orbit").variants}
+    assert {*completed(*before, "kepler_orbit/")} == variants | {"kepler_orbit/default"}
+    assert not completed(*before, "no_such_case")
+
+
+@pytest.mark.parametrize("command", ["show", "certify"])
+def test_a_command_that_takes_checks_completes_them(completed, command: str) -> None:
+    assert completed(command, "capstan") == ["capstan_belt"]
+
+
+@pytest.mark.parametrize(
+    "before",
+    [
+        *(("verify",), ("verify", "--integrator"), ("run", "--integrator"), ("baseline", "write"), ("stability",)),
+        *(("ensemble", "--integrator"), ("stability", "--integrator"), ("baseline", "write", "--integrator")),
+    ],
+)
+def test_integrators_are_completed(completed, before: tuple[str, ...]) -> None:
+    """After a colon, by which bash divides words, and before one."""
+    libraries = {name.partition(":")[0] for name in lookup.own()}
+    assert {word.partition(":")[0] for word in completed(*before, "")} >= libraries
+    assert completed(*before, "gnomon", ":", "RKMK") == [r"RKMK\ 4"]
+    assert completed(*before, "gnomon", ":", r"DOP853\ ") == [r"DOP853\ \[events\]"]
+    assert completed(*before, "'gnomon:RKMK") == ["gnomon:RKMK 4"], "in quotes a word is whole"
+
+
+def test_names_are_completed_without_the_modules_that_hold_them(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Who presses a key waits for the answer: numpy alone would double the time. The ids are kept from the first time."""
+    monkeypatch.setattr(platformdirs, "user_cache_dir", lambda name: str(tmp_path / name))
+    assert ids.list_ids() == [*lookup.everything()]
+    program = f"""
+import sys, platformdirs
+platformdirs.user_cache_dir = lambda name: {str(tmp_path)!r} + "/" + name
+from gnomon.harness.commands import completion
+assert completion.complete_integrator("gnomon:RK4") and completion.complete_case("kepler") and completion.complete_subject("cap")
+print(*sys.modules)
+"""
+    loaded = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True).stdout.split()
+    assert not {"numpy", "scipy", "numba", "gnomon.harness.registry.lookup"} & {*loaded}
+
+
+def test_kept_ids_follow_an_edit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    source = tmp_path / "integrators" / "mine.py"
+    source.parent.mkdir()
+    source.touch()
+    monkeypatch.setattr(platformdirs, "user_cache_dir", lambda name: str(tmp_path / name))
+    monkeypatch.setattr(ids, "HARNESS", tmp_path)
+    monkeypatch.setattr(lookup, "everything", lambda: {"mine:one": None})
+    assert ids.list_ids() == ["mine:one"]
+    monkeypatch.setattr(lookup, "everything", lambda: {"mine:two": None})
+    assert ids.list_ids() == ["mine:one"], "kept"
+    source.with_name("other.py").touch()
+    assert ids.list_ids() == ["mine:two"]
