@@ -20,15 +20,9 @@ if TYPE_CHECKING:
 def certify(
     case: Annotated[
         list[str] | None,
-        typer.Argument(
-            help=f"{options.CASE}, or a check; several. By default all cases and checks.",
-            autocompletion=complete_subject,
-        ),
+        typer.Argument(help=f"{options.CASE}, or a check; several. By default all.", autocompletion=complete_subject),
     ] = None,
-    named: Annotated[
-        list[str] | None,
-        typer.Option("--case", help="The same as an argument; repeatable.", autocompletion=complete_subject),
-    ] = None,
+    named: options.Cases = None,
     to: Annotated[Path, options.path_option("Where the certificates go, as JSON.", "--out")] = Path(
         "runs/certificates.json"
     ),

@@ -29,10 +29,7 @@ def stability(
         list[str] | None,
         typer.Argument(help=f"{options.INTEGRATOR}; several. By default all.", autocompletion=complete_integrator),
     ] = None,
-    named: Annotated[
-        list[str] | None,
-        typer.Option("--integrator", help="The same as an argument; repeatable.", autocompletion=complete_integrator),
-    ] = None,
+    named: options.Integrators = None,
     panel: Annotated[list[str] | None, typer.Option(help="A panel by its id; repeatable. By default all.")] = None,
     depth: Annotated[
         str, typer.Option(help="normal (about 2 s a panel and method) or high (the full grids).")

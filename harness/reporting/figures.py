@@ -4,6 +4,7 @@ A logarithmic axis is a linear axis of logarithms that are taken here, so that e
 readable label. Data are aggregated here, so that the number of marks does not grow with the run.
 """
 
+from collections.abc import Sequence
 from typing import Any
 
 import altair as alt
@@ -11,8 +12,14 @@ import numpy as np
 import pandas as pd
 from gnomon.harness.contract.status import Status
 from gnomon.harness.reporting.figures_work import ERRORS
-from gnomon.harness.reporting.style import EDGE, INK, dress, find_colour, records
+from gnomon.harness.reporting.style import EDGE, INK, LINES, dress, find_colour, records
 from gnomon.harness.results.number_text import short_text
+
+
+def colour_lines(field: str, names: Sequence[str], colours: Sequence[str] = LINES) -> alt.Color:
+    """The colours of named lines, in turn, with strokes in the legend."""
+    scale = alt.Scale(domain=[*names], range=[colours[k % len(colours)] for k in range(len(names))])
+    return alt.Color(field, scale=scale, legend=alt.Legend(title=None, symbolType="stroke", symbolStrokeWidth=2.5))
 
 
 def _keep_columns(table: pd.DataFrame, *columns: str) -> list[dict[str, Any]]:

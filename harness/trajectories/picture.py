@@ -7,6 +7,7 @@ from typing import Any
 import altair as alt
 import numpy as np
 from gnomon.harness.contract.integrator import Floats
+from gnomon.harness.reporting.figures import colour_lines
 from gnomon.harness.reporting.style import LINES, QUIET, dress
 from gnomon.harness.results.visible import visible
 from gnomon.harness.trajectories.comparison import Comparison, pick_evenly
@@ -50,18 +51,13 @@ def _motion(found: Comparison) -> list[Any]:
             continue
         unit = found.case.state[members[0][0]].unit
         names = [name for _, name in members]
-        colour = alt.Color(
-            "coordinate:N",
-            scale=alt.Scale(domain=names, range=[LINES[k % len(LINES)] for k in range(len(names))]),
-            legend=alt.Legend(title=None, symbolType="stroke", symbolStrokeWidth=2.5),
-        )
-        shown = [(i, name) for i, name in members]
+        colour = colour_lines("coordinate:N", names)
         base = alt.Chart(width=WIDTH, height=HEIGHT).encode(
             x=_time(found), y=alt.Y("value:Q", title=f"{group} ({unit})", scale=alt.Scale(zero=False)), color=colour
         )
-        lines = base.mark_line(strokeWidth=1.5).properties(data=alt.InlineData(_rows(fine, exact, shown)))
+        lines = base.mark_line(strokeWidth=1.5).properties(data=alt.InlineData(_rows(fine, exact, members)))
         states = found.exact[places] + found.differences[places]  # angles in the turn of the exact motion
-        rows = alt.InlineData(_rows(found.times[places], states, shown))
+        rows = alt.InlineData(_rows(found.times[places], states, members))
         points = base.mark_point(shape="circle", size=22, filled=False, strokeWidth=1.2, opacity=1).properties(
             data=rows
         )
@@ -105,10 +101,6 @@ def _error(found: Comparison, bound: float | None) -> Any:
             y=alt.Y(
                 "error:Q", title="error / size", scale=alt.Scale(type="log"), axis=alt.Axis(format=".0e", tickCount=6)
             ),
-            color=alt.Color(
-                "line:N",
-                scale=alt.Scale(domain=names, range=colours),
-                legend=alt.Legend(title=None, symbolType="stroke", symbolStrokeWidth=2.5),
-            ),
+            color=colour_lines("line:N", names, colours),
         )
     )

@@ -7,7 +7,6 @@ import math
 import re
 import textwrap
 from collections import Counter
-from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -19,6 +18,7 @@ from gnomon.cases import Case
 from gnomon.harness.contract.integrator import Integrator, Tolerance
 from gnomon.harness.measuring.trials import HALF_ULP, Trials
 from gnomon.harness.registry import selection
+from gnomon.harness.reporting.figures import colour_lines
 from gnomon.harness.reporting.images import save
 from gnomon.harness.reporting.style import INK, LINES, QUIET, dress
 from gnomon.harness.results.convergence_order import LARGEST_ERROR
@@ -124,7 +124,7 @@ def _motion(case: Case, found: dict[str, Any]) -> list[Any]:
             scale=alt.Scale(domain=[low - margin, high + margin], nice=False),
         )
         base = alt.Chart(width=WIDTH, height=150).encode(
-            x=_time(times), y=y, color=_colour("coordinate:N", [c.name for _, c in members])
+            x=_time(times), y=y, color=colour_lines("coordinate:N", [c.name for _, c in members])
         )
         mark = base.mark_point(size=9, filled=True, clip=True) if long else base.mark_line(strokeWidth=1.5, clip=True)
         drawn = [mark.properties(data=_long(fine, lines, members))]
@@ -139,11 +139,6 @@ def _motion(case: Case, found: dict[str, Any]) -> list[Any]:
 
 def _time(times: Any) -> Any:
     return alt.X("t:Q", title="t (s)", scale=alt.Scale(domain=[0.0, float(times[-1])], nice=False))
-
-
-def _colour(name: str, domain: list[str], colours: Sequence[str] = LINES) -> Any:
-    scale = alt.Scale(domain=domain, range=[colours[k % len(colours)] for k in range(len(domain))])
-    return alt.Color(name, scale=scale, legend=alt.Legend(title=None, symbolType="stroke", symbolStrokeWidth=2.5))
 
 
 def _long(times: Any, states: Any, members: list[tuple[int, Any]]) -> Any:
@@ -175,7 +170,7 @@ def _errors(table: Any, x: Any) -> Any:
     names = list(dict.fromkeys(table["line"]))
     y = alt.Y("decades:Q", title="error / size", **_axis(table["decades"], MARGIN))
     chart = alt.Chart(table, width=WIDTH, height=150)
-    colour = _colour("line:N", names, (LINES[1], QUIET))
+    colour = colour_lines("line:N", names, (LINES[1], QUIET))
     return chart.mark_line(strokeWidth=1.5, point={"size": 16}).encode(x=x, y=y, color=colour)
 
 
