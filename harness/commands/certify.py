@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 from gnomon.harness.commands import options
-from gnomon.harness.commands.completion import complete_subject
 from gnomon.harness.commands.options import out
+from gnomon.harness.registry.completion import complete_subject
 from rich.markup import escape
 from rich.table import Table
 

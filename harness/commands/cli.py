@@ -3,12 +3,15 @@
 import errno
 import io
 import os
+import re
 import sys
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager, redirect_stdout
 from typing import Annotated, Any
 
 import typer
-from gnomon.harness.commands import completion, interruption
+from gnomon.harness.commands import interruption
 from gnomon.harness.commands.baseline import baseline
 from gnomon.harness.commands.certify import certify
 from gnomon.harness.commands.check import check
@@ -92,7 +95,8 @@ ONE_THREAD = ("OPENBLAS_NUM_THREADS", "1")
 3.6 ms of processor time instead of 0.02 ms, and a run has a worker on each processor anyway."""
 UNREAD = 141
 """The exit code if the program that reads the output ends first (`gnomon list | head`), as in a shell for SIGPIPE."""
-COMPLETION = {completion.SIGN, "--show-completion", "--install-completion"}
+ASKED = "_GNOMON_COMPLETE"
+COMPLETION = {ASKED, "--show-completion", "--install-completion"}
 """Signs of a request for the completion of the shell: an environment variable, or the first word."""
 FORMER = "--to"
 """What --out was called in some commands: its error names --out."""
@@ -132,10 +136,36 @@ def _is_unread(end: SystemExit) -> bool:
     return isinstance(end.__context__, BrokenPipeError)
 
 
+@contextmanager
+def _whole_words() -> Iterator[None]:
+    """Ask for the completion of a whole word, and print what readline is to insert, if bash asks.
+
+    Bash divides a word at its colons, as an id has one, and replaces the text after the last colon. It reads a space or a
+    bracket of an id as its own, unless a backslash is before it or the word is in quotes.
+    """
+    if os.environ.get(ASKED) != "complete_bash":
+        yield
+        return
+    words, place = os.environ["COMP_WORDS"].split("\n"), int(os.environ["COMP_CWORD"])
+    whole: list[str] = []
+    for number, word in enumerate(words[: place + 1]):
+        joins = number > 1 and (word.startswith(":") or words[number - 1].endswith(":"))
+        whole[-1:] = [whole[-1] + word] if joins else [*whole[-1:], word]
+    os.environ |= {"COMP_WORDS": "\n".join(whole), "COMP_CWORD": str(len(whole) - 1)}
+    fixed, quoted = whole[-1].rfind(":") + 1, whole[-1][:1] in ("'", '"')
+    answer = io.StringIO()
+    try:
+        with redirect_stdout(answer):
+            yield
+    finally:
+        for word in answer.getvalue().splitlines():
+            print(word if quoted else re.sub(r"([^\w.:/%+=@,-])", r"\\\1", word[fixed:]))
+
+
 def _run() -> int:
     code = 2
     try:
-        with completion.whole_words():
+        with _whole_words():
             return int(app(prog_name="gnomon", standalone_mode=False) or 0)
     except SystemExit as end:
         if _is_unread(end):

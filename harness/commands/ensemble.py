@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from gnomon.harness.commands import options
 from gnomon.harness.commands.cluster_options import Dask
-from gnomon.harness.commands.completion import complete_case, complete_integrator
 from gnomon.harness.commands.options import out, problems
+from gnomon.harness.registry.completion import complete_case, complete_integrator
 from gnomon.harness.results.visible import shorten
 from rich.markup import escape
 from rich.table import Table

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from gnomon.harness.commands.completion import complete_case, complete_integrator
+from gnomon.harness.registry.completion import complete_case, complete_integrator
 from gnomon.harness.results.visible import shorten, show
 from gnomon.harness.system import extras
 from rich.console import Console

@@ -5,8 +5,8 @@ from typing import Annotated
 
 import typer
 from gnomon.harness.commands import options
-from gnomon.harness.commands.completion import complete_subject
 from gnomon.harness.commands.options import out
+from gnomon.harness.registry.completion import complete_subject
 
 
 def show(

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from gnomon.harness.commands import options
-from gnomon.harness.commands.completion import complete_integrator
 from gnomon.harness.commands.options import out, problems
+from gnomon.harness.registry.completion import complete_integrator
 from rich.box import SIMPLE_HEAD
 from rich.markup import escape
 from rich.table import Column, Table

@@ -14,7 +14,6 @@ from gnomon.harness.adapters.libraries import LIBRARIES
 from gnomon.harness.contract.declared import read_declared
 from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.registry import declaration
-from gnomon.harness.registry.ids import GROUP
 from gnomon.harness.system import extras
 from gnomon.reference.storage.importing import confined
 
@@ -23,6 +22,8 @@ MODULES: list[str] = [*read_declared("registry", "modules.toml")["modules"], *AD
 """Modules with a tuple `INTEGRATORS`."""
 STIFF = frozenset(read_declared("registry", "stiff.toml")["ids"])
 """The ids of methods for stiff equations."""
+
+GROUP = "gnomon.integrators"
 
 
 @cache

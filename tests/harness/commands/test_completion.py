@@ -7,7 +7,7 @@ from pathlib import Path
 import platformdirs
 import pytest
 from command_line import gnomon
-from gnomon.harness.registry import ids, lookup
+from gnomon.harness.registry import completion, lookup
 
 from gnomon import cases
 
@@ -21,7 +21,7 @@ def completed(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str
         monkeypatch.setenv("COMP_WORDS", "\n".join(["gnomon", *words]))
         monkeypatch.setenv("COMP_CWORD", str(len(words)))
         assert gnomon() == 0
-        return capsys.readouterr().out.splitlines()
+        return [line for line in capsys.readouterr().out.splitlines() if line]
 
     return ask
 
@@ -66,11 +66,11 @@ def test_names_are_completed_without_the_modules_that_hold_them(
 ) -> None:
     """Who presses a key waits for the answer: numpy alone would double the time. The ids are kept from the first time."""
     monkeypatch.setattr(platformdirs, "user_cache_dir", lambda name: str(tmp_path / name))
-    assert ids.list_ids() == [*lookup.everything()]
+    assert completion.list_ids() == [*lookup.everything()]
     program = f"""
 import sys, platformdirs
 platformdirs.user_cache_dir = lambda name: {str(tmp_path)!r} + "/" + name
-from gnomon.harness.commands import completion
+from gnomon.harness.registry import completion
 assert completion.complete_integrator("gnomon:RK4") and completion.complete_case("kepler") and completion.complete_subject("cap")
 print(*sys.modules)
 """
@@ -83,10 +83,10 @@ def test_kept_ids_follow_an_edit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     source.parent.mkdir()
     source.touch()
     monkeypatch.setattr(platformdirs, "user_cache_dir", lambda name: str(tmp_path / name))
-    monkeypatch.setattr(ids, "HARNESS", tmp_path)
+    monkeypatch.setattr(completion, "HARNESS", tmp_path)
     monkeypatch.setattr(lookup, "everything", lambda: {"mine:one": None})
-    assert ids.list_ids() == ["mine:one"]
+    assert completion.list_ids() == ["mine:one"]
     monkeypatch.setattr(lookup, "everything", lambda: {"mine:two": None})
-    assert ids.list_ids() == ["mine:one"], "kept"
+    assert completion.list_ids() == ["mine:one"], "kept"
     source.with_name("other.py").touch()
-    assert ids.list_ids() == ["mine:two"]
+    assert completion.list_ids() == ["mine:two"]
