@@ -18,14 +18,17 @@ class Library:
 
     name: str
     """The name by which Python imports it, and the first part of the ids of its integrators."""
-    title: str
-    """Its name in texts."""
     requirement: str
     """Its distribution with the versions that were tried, as pip takes it."""
     licence: str
+    title: str
+    """Its name in texts; without, `name`."""
     modules: tuple[str, ...]
-    """Its adapters: modules of this folder with a tuple `INTEGRATORS`."""
-    quick: tuple[str, ...]
+    """Its adapters: modules of this folder with a tuple `INTEGRATORS`; without, the module `name`."""
+    families: Mapping[str, str] = field(default_factory=dict)
+    """The families of its integrators on general equations, by a pattern of their names, the first match counts. A family
+    of `registry/families.toml` with one of their forms comes first."""
+    quick: tuple[str, ...] = ()
     """Its integrators in the suite `quick`, without the name of the library."""
     debian: str | None = None
     """The packages of Debian that have it, for a library of the system: pip has none, and Python cannot import it. Its
@@ -52,7 +55,11 @@ class Library:
 
     def way(self, name: str) -> str:
         """How the integrator of this name calls the equations (see `calls`); empty if that is not declared."""
-        return next((way for pattern, way in self.calls.items() if fnmatchcase(name, pattern)), "")
+        return _first_match(self.calls, name)
+
+    def family(self, name: str) -> str:
+        """The family of the integrator of this name (see `families`); empty if that is not declared."""
+        return _first_match(self.families, name)
 
     @property
     def package(self) -> str:
@@ -75,7 +82,12 @@ class Library:
 
 def _read(name: str, table: Mapping[str, Any]) -> Library:
     row: dict[str, Any] = {key: tuple(value) if isinstance(value, list) else value for key, value in table.items()}
-    return Library(name, **row)
+    return Library(**({"name": name, "title": name, "modules": (name,)} | row))
+
+
+def _first_match(values: Mapping[str, str], name: str) -> str:
+    """The value of the first pattern that a name matches; empty without one."""
+    return next((value for pattern, value in values.items() if fnmatchcase(name, pattern)), "")
 
 
 LIBRARIES = {name: _read(name, table) for name, table in read_declared("adapters", "libraries.toml").items()}

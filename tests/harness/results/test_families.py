@@ -1,15 +1,21 @@
 """Families of methods on a problem, and the separation of methods at equal cost."""
 
 import math
+from fnmatch import fnmatchcase
 from pathlib import Path
 
 import numpy as np
 import pytest
+from gnomon.cases.core.forms import Charged, Hybrid, Separable
+from gnomon.harness.adapters.libraries import LIBRARIES
+from gnomon.harness.integrators.runge_kutta.explicit_pairs import DormandPrince5
+from gnomon.harness.integrators.runge_kutta.nystrom import DormandPrinceNystrom6
 from gnomon.harness.registry import lookup
-from gnomon.harness.registry.families import FAMILIES, OTHER, family_of, fits
+from gnomon.harness.registry.families import FAMILIES, family_of, find_family
 from gnomon.harness.reporting.report_run import Run
 from gnomon.harness.results.equal_error import error_within, time_at
 from gnomon.harness.results.families import Sweep, families, separation, sweeps
+from planted import Sound
 from synthetic import INTEGRATORS, write
 
 
@@ -22,14 +28,47 @@ def method(name: str, library: str, order: float, first: float, cost: float = 1.
 
 def test_every_integrator_is_of_a_family() -> None:
     """A new integrator without one would be in no table of families."""
-    assert [name for name in lookup.everything() if family_of(name) == OTHER] == []
-    assert {family_of(name) for name in lookup.everything()} == set(FAMILIES)
+    own = lookup.own()
+    for name, one in own.items():
+        write = (
+            f"""families = {{ {one.name!r} = "..." }} into [{one.library}] of harness/adapters/libraries.toml"""
+            if one.library in LIBRARIES
+            else f"its folder into `sources` of a family in harness/registry/families.toml: {type(one).__module__}"
+        )
+        assert find_family(one) in FAMILIES, (
+            f"{name} is of no family: write {write}; the families: {', '.join(FAMILIES)}"
+        )
+    assert {family_of(name) for name in own} == set(FAMILIES)
 
 
-@pytest.mark.parametrize("pattern", [pattern for patterns in FAMILIES.values() for pattern in patterns])
-def test_every_pattern_names_an_integrator(pattern: str) -> None:
+def test_a_new_method_is_of_the_family_of_its_form_its_class_or_its_folder() -> None:
+    """No file names it."""
+
+    class NewPair(DormandPrince5):
+        pass
+
+    class NewNystrom(DormandPrinceNystrom6):
+        pass
+
+    class NewSplitting(Sound):
+        accepts = (Separable,)
+
+    NewSplitting.__module__ = "gnomon.harness.integrators.geometric.new"
+    assert find_family(NewPair()) == "Explicit Runge-Kutta"
+    assert find_family(NewNystrom()) == "Nyström"
+    for form, family in ((Separable, "Splitting and composition"), (Hybrid, "Event location"), (Charged, "Magnetic")):
+        NewSplitting.accepts = (form,)
+        assert find_family(NewSplitting()) == family
+    assert find_family(Sound()) == ""
+
+
+@pytest.mark.parametrize(
+    ("library", "pattern"), [(name, pattern) for name, one in LIBRARIES.items() for pattern in one.families]
+)
+def test_every_pattern_of_a_library_names_an_integrator(library: str, pattern: str) -> None:
     """Else it is left from a method that went, or misspelt."""
-    assert any(fits(name, pattern) for name in lookup.everything())
+    names = [one.id.partition(":")[2] for one in lookup.own().values() if one.library == library]
+    assert any(fnmatchcase(name, pattern) for name in names), f"[{library}] of harness/adapters/libraries.toml"
 
 
 def test_the_error_at_a_time_is_the_inverse_of_the_time_at_an_error() -> None:
