@@ -38,6 +38,7 @@ From `harness/adapters/absent.toml`. "No wheel" means that pip finds no compiled
 |---|---|
 """
 MARK = "# `make libraries` writes the next line.\n"
+EXTRAS = "[project.optional-dependencies]\n"
 README_MARK = "<!-- `make libraries` writes the next line. -->\n"
 
 
@@ -74,7 +75,9 @@ def project(text: str) -> str:
             lists.setdefault(library.extra, []).append(library.installs)
     for name, values in lists.items():
         line = f"{name} = {json.dumps(values)}"
-        text = re.sub(rf"(?<={MARK}){name} = \[.*\]", line, text)
+        text, found = re.subn(rf"(?<={MARK}){name} = \[.*\]", line, text)
+        if not found:  # a new extra
+            text = text.replace(EXTRAS, f"{EXTRAS}{MARK}{line}\n")
     return text
 
 

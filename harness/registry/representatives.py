@@ -8,10 +8,13 @@ from dataclasses import dataclass
 from functools import cache
 
 from gnomon.cases.core.numbers import nearest
+from gnomon.harness.adapters.libraries import LIBRARIES
 from gnomon.harness.contract.declared import read_declared
 
 STIFF, ROUGH = "stiff", "rough"
 """The kinds that depend on the numbers of a system and not on its form."""
+NOT_CHOSEN = "none of its methods is chosen yet"
+"""The reason of a declared library that the file does not name."""
 
 
 @dataclass(frozen=True)
@@ -88,4 +91,6 @@ def _read() -> tuple[dict[tuple[str, str], Representative], dict[tuple[str, str]
         for kind in expand(row["kinds"])
         for library in row["libraries"]
     }
-    return chosen, reasons
+    named = {library for library, _ in (*chosen, *reasons)}
+    unnamed = [library for library in LIBRARIES if library not in named]
+    return chosen, reasons | {(library, kind): NOT_CHOSEN for library in unnamed for kind in kinds()}

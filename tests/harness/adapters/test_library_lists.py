@@ -13,6 +13,7 @@ from gnomon.harness.adapters.absent import ABSENT
 from gnomon.harness.adapters.libraries import LIBRARIES
 
 ROOT = Path(__file__).parents[3]
+WRITE = "`make libraries` writes it from harness/adapters/libraries.toml"
 ADAPTER = """
 from gnomon.cases.core.forms import FirstOrder
 from gnomon.harness.adapters.installed import Installed
@@ -29,9 +30,8 @@ class Two(One):
 INTEGRATORS = (One, Two)
 """
 TABLE = {
-    "title": "Newest",
     "requirement": "newest-solvers>=1,<2",
-    "extra": "peers",
+    "extra": "newer",
     "depends": ["newest-arrays"],
     "licence": "MIT",
     "modules": ["newest_adapter"],
@@ -85,7 +85,7 @@ def test_a_new_library_is_found_listed_and_run(lists: dict[str, Any]) -> None:
 
 
 def test_a_new_library_that_is_not_installed_is_reported_with_its_package(lists: dict[str, Any]) -> None:
-    assert lists["missing"] == 2 * ["newest is not installed: pip install 'gnomon[peers]'"]
+    assert lists["missing"] == 2 * ["newest is not installed: pip install 'gnomon[newer]'"]
 
 
 def test_the_versions_of_a_new_library_are_recorded(lists: dict[str, Any]) -> None:
@@ -102,7 +102,7 @@ def test_the_page_names_a_new_library(lists: dict[str, Any]) -> None:
 def test_documents_and_project_file_name_a_new_library(lists: dict[str, Any]) -> None:
     assert "`newest-solvers>=1,<2`" in lists["page"]
     project = tomllib.loads(lists["project"])
-    assert "newest-solvers>=1,<2" in project["project"]["optional-dependencies"]["peers"]
+    assert "newest-solvers>=1,<2" in project["project"]["optional-dependencies"]["newer"]
     assert "newest.*" in untyped(project)
 
 
@@ -115,8 +115,11 @@ def untyped(project: dict[str, Any]) -> set[str]:
 def test_the_pages_of_the_libraries_are_those_of_the_declarations() -> None:
     """`make libraries` writes them."""
     readme = (ROOT / library_copies.README).read_text(encoding="utf-8")
-    assert (ROOT / library_copies.PAGE).read_text(encoding="utf-8") == library_copies.page()
-    assert readme == library_copies.readme(readme)
+    page = (ROOT / library_copies.PAGE).read_text(encoding="utf-8")
+    assert page == library_copies.page(), f"{library_copies.PAGE} is of other declarations: {WRITE}"
+    assert readme == library_copies.readme(readme), (
+        f"a line of {library_copies.README} is of other declarations: {WRITE}"
+    )
     assert all(one.readme in readme for one in ABSENT if one.readme)
 
 
@@ -134,7 +137,10 @@ def test_the_project_file_installs_each_library_as_it_is_declared() -> None:
         if library.debian:
             continue  # the system installs it
         wanted.setdefault(library.extra, []).append(library.installs)
-        assert f"{library.name}.*" in untyped(project)
-    assert {*wanted.pop(None)} <= {*project["project"]["dependencies"]}
+        assert f"{library.name}.*" in untyped(project), f"pyproject.toml lacks {library.name}: {WRITE}"
+    for requirement in wanted.pop(None):
+        told = f'write "{requirement}" into `dependencies` of pyproject.toml, or `extra` into harness/adapters/libraries.toml'
+        assert requirement in project["project"]["dependencies"], told
     for extra, requirements in wanted.items():
-        assert project["project"]["optional-dependencies"][extra] == requirements
+        listed = project["project"]["optional-dependencies"].get(extra)
+        assert listed == requirements, f"pyproject.toml has {extra} = {listed}: {WRITE}"

@@ -37,7 +37,21 @@ def test_the_kinds_are_those_of_the_page():
 def test_each_library_answers_for_each_kind_or_says_why_not(library):
     for kind in (*KINDS, STIFF):
         found, why = representatives.representative(library, kind), representatives.reason(library, kind)
-        assert (found is None) != (why is None), f"{library}, {kind}: {found}, {why}"
+        told = f"{library}, {kind}: write one [[choice]] or [[none]] into harness/registry/representatives.toml"
+        assert (found is None) != (why is None), f"{told}; now {found}, {why}"
+
+
+def test_a_new_library_needs_no_choice(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its manual may be read later: until then no method stands for it, and the tables say so."""
+    monkeypatch.setitem(LIBRARIES, "newest", LIBRARIES["scipy"])
+    representatives._read.cache_clear()
+    try:
+        for kind in (*KINDS, STIFF):
+            assert representatives.representative("newest", kind) is None
+            assert representatives.reason("newest", kind) == representatives.NOT_CHOSEN
+        assert representatives.reason("scipy", STIFF) is None
+    finally:
+        representatives._read.cache_clear()
 
 
 def test_every_representative_is_declared_and_takes_systems_of_its_kind(offered):
