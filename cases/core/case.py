@@ -47,11 +47,11 @@ class Span:
 
     Parameters
     ----------
-    periods : float
-        Number of units.
+    periods : number
+        Number of units, as a parameter is given: 10.37 or "10.37".
     unit : str or Callable
         "time scale", "turn" (2 pi time scales), or a function of the exact motion that returns a time (s).
-    otherwise : float
+    otherwise : number
         Number of time scales in the span where that time is None or infinite.
 
     Examples
@@ -60,9 +60,9 @@ class Span:
     >>> swings = Span(10.37, lambda motion: motion.period(20), otherwise=9)
     """
 
-    periods: float
+    periods: Number
     unit: str | Callable[[Any], Any]
-    otherwise: float = 10
+    otherwise: Number = 10
 
 
 @dataclass(frozen=True, slots=True)
@@ -330,7 +330,10 @@ class Case(Declared):
         """How many units of its `Span` the natural span has: by the variant, else by the case."""
         wanted = self._variant(self.variant).periods
         assert isinstance(self.default_span, Span)
-        return self.default_span.periods if wanted is None else wanted
+        return self._count(self.default_span.periods if wanted is None else wanted, "the periods of its span")
+
+    def _count(self, wanted: Number, what: str) -> float:
+        return float(given(wanted, f"{self.name}: {what}", DURATION))
 
     def natural_span(self) -> Number:
         """The span (s) that is used if neither the caller nor the variant gives one."""
@@ -338,12 +341,17 @@ class Case(Declared):
         if not isinstance(span, Span):
             return span
         if isinstance(span.unit, str):
+            if span.unit not in UNITS:
+                raise ValueError(
+                    f"{self.name}: Span has the unit {span.unit!r}; give {' or '.join(map(repr, UNITS))}, a function of the "
+                    "exact motion that returns a time, or write a method natural_span"
+                )
             return self.periods * UNITS[span.unit] * self.time_scale
         period = span.unit(self.exact_motion)
         return (
             self.periods * float(period)
             if period is not None and isfinite(period)
-            else span.otherwise * self.time_scale
+            else self._count(span.otherwise, "`otherwise` of its span") * self.time_scale
         )
 
     @property

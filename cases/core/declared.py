@@ -174,7 +174,7 @@ class Variant:
         Initial state, one number for each coordinate.
     span : Number, optional
         Span (s).
-    periods : float, optional
+    periods : number, optional
         Number of units in the case's `Span`, in place of the case's own.
     scored : tuple[str, ...]
         Groups of the state that count in the distance; all groups if it is empty.
@@ -191,7 +191,7 @@ class Variant:
     parameters: Mapping[str, Number] = field(default_factory=dict)
     initial_state: Sequence[Number] | None = None
     span: Number | None = None
-    periods: float | None = None
+    periods: Number | None = None
     scored: tuple[str, ...] = ()
     horizon: Number | None = None
 

@@ -34,6 +34,7 @@ DECAYING = [name for name in names() if any(i.law == "decays" for i in get(name)
 
 @pytest.mark.parametrize("name", DECAYING)
 def test_nothing_is_lost_without_friction(name: str) -> None:
+    assert name in WITHOUT, f"write the parameters of {name} without losses into WITHOUT of tests/cases/test_losses.py"
     # without friction the natural span of these would be infinite
     case = get(name, span=1 if name in ("flywheel_coast_down", "billiard_ball_drill") else None, **WITHOUT[name])
     with mpmath.workdps(DIGITS):

@@ -12,7 +12,15 @@ import pytest
 from breadth import cheap_and_tenth
 from gnomon.cases import case_class, get
 from gnomon.cases.core.arithmetic import mpmath_arithmetic, rebind
-from independent_quantities import DIGITS, HYBRID, SMOOTH, ObservedMotion, assert_quantities, default_cases
+from independent_quantities import (
+    DIGITS,
+    HYBRID,
+    SMOOTH,
+    ObservedMotion,
+    assert_quantities,
+    default_cases,
+    missing_oracle,
+)
 
 TURNING = ("pendulum_simple", "rotating_pendulum", "chain_in_circular_tube", "rotation_fixed_axis_compound_pendulum")
 MORE = [*((name, "rotation") for name in TURNING), ("duffing_unforced", "soft"), ("damped_oscillator", "critical")]
@@ -48,7 +56,8 @@ def test_no_quantity_is_lost() -> None:
         for label in get(name).quantities(10)
     ]
     assert len(found) >= COUNT
-    assert not [(name, label) for oracles, name, label in found if not {f"{name}.{label}", label} & set(oracles)]
+    for oracles, name, label in found:
+        assert {f"{name}.{label}", label} & set(oracles), missing_oracle(name, label)
 
 
 @pytest.mark.parametrize(("name", "variant"), cheap_and_tenth([*default_cases(hybrid=False), *MORE]))

@@ -297,4 +297,5 @@ def test_every_variant_with_a_number_in_its_name_is_measured() -> None:
         for variant in case_class(name).variants
         if any(letter.isdigit() for letter in variant.name)
     }
-    assert not named - set(NAMED)
+    lost = ", ".join(sorted(named - set(NAMED)))
+    assert not lost, f"{lost}: write how the number is measured into PERIODS or NAMED of tests/cases/test_stresses.py"

@@ -1,5 +1,6 @@
 """A declaration: numbers as class attributes, the exact motion by their names, spans, quantities, time reversal."""
 
+import re
 from dataclasses import dataclass
 from fractions import Fraction
 from math import inf, tau
@@ -133,9 +134,24 @@ def test_a_span_counts_turns_time_scales_or_a_time_of_the_motion() -> None:
 
     assert span(Span(10, "turn")) == Fraction(10 * tau * 3)
     assert span(Span(10, "turn"), "long") == Fraction(1000.5 * tau * 3)
+    assert span(Span("0.1", "turn")) == span(Span(0.1, "turn"))
     assert span(Span(2, "time scale")) == 6
     assert span(Span(4, lambda motion: motion.mass)) == 8
     assert span(Span(4, lambda motion: None, otherwise=5)) == span(Span(4, lambda motion: inf, otherwise=5)) == 15
+
+
+@pytest.mark.parametrize(
+    ("wrong", "told"),
+    [
+        (Span("ten", "turn"), "spring: the periods of its span = 'ten' is not a number; give an int"),
+        (Span(10, "day"), "spring: Span has the unit 'day'; give 'time scale' or 'turn'"),
+        (Span(10, lambda motion: None, otherwise="nine"), "spring: `otherwise` of its span = 'nine' is not a number"),
+    ],
+)
+def test_a_span_that_is_none_is_refused_in_one_line_with_its_value(wrong: Span, told: str) -> None:
+    with pytest.raises(ValueError, match=re.escape(told)) as raised:
+        type("Timed", (SpringCase,), {"default_span": wrong})()
+    assert "\n" not in str(raised.value)
 
 
 def test_quantities_are_rounded_once_and_absent_ones_left_out() -> None:

@@ -176,6 +176,13 @@ def oracle(*labels: str, of: dict[str, Oracle] = SMOOTH) -> Callable[[Oracle], O
     return keep
 
 
+def missing_oracle(name: str, label: str) -> str:
+    return (
+        f"{name} has no independent computation of its quantity {label}: write a function "
+        f'@oracle("{name}.{label}") into tests/cases/mass_points/independent_{name}.py or a file beside it'
+    )
+
+
 def label_of(observed: ObservedMotion, value: Any) -> str:
     return next(label for label, found in observed.found.items() if found is value)
 
@@ -186,7 +193,7 @@ def assert_quantities(oracles: dict[str, Oracle], name: str, variant: str | None
         observed = ObservedMotion(get(name, variant) if variant else uneven(get(name)))
         for label, value in observed.found.items():
             oracle = oracles.get(f"{name}.{label}") or oracles.get(label)
-            assert oracle is not None, f"{name}: no independent computation of the quantity {label}"
+            assert oracle is not None, missing_oracle(name, label)
             expected = oracle(observed, value)
             if not isinstance(expected, bool):
                 expected = close(value, expected), expected

@@ -78,7 +78,17 @@ class Model:
         return system.accelerations(q, v)[1]
 
 
-MODELS: dict[str, Model] = {}
+class _Models(dict[str, Model]):
+    """The models by the name of their case."""
+
+    def __missing__(self, name: str) -> Model:
+        raise LookupError(
+            f"{name} has no second derivation: write tests/cases/mass_points/independent_{name}.py with a function "
+            f'@model("{name}") that gives the positions of its points and the forces, or add one to a file there'
+        )
+
+
+MODELS: dict[str, Model] = _Models()
 
 
 def model(*names: str, **how: Any) -> Callable[[Derivation], Derivation]:
