@@ -7,7 +7,7 @@ import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from importlib.metadata import entry_points
-from pathlib import PurePath
+from pathlib import Path, PurePath
 
 from gnomon.cases.core.numbers import is_pattern, matching, nearest
 from gnomon.harness.adapters.libraries import LIBRARIES
@@ -17,9 +17,14 @@ from gnomon.harness.registry import declaration
 from gnomon.harness.system import extras
 from gnomon.reference.storage.importing import confined
 
+_SEQUENCE: list[str] = read_declared("registry", "modules.toml")["sequence"]
+_FOLDER = "gnomon.harness.integrators"
+_FILES = sorted((Path(__file__).parents[1] / "integrators").glob("*/*.py"))
+_FOUND = [file for file in _FILES if "\nINTEGRATORS" in file.read_text(encoding="utf-8")]
+IN_HOUSE = list(dict.fromkeys((*_SEQUENCE, *(f"{_FOLDER}.{file.parent.name}.{file.stem}" for file in _FOUND))))
+"""Modules of harness/integrators with a tuple `INTEGRATORS`: in the sequence of modules.toml, then by file."""
 ADAPTERS = [f"gnomon.harness.adapters.{name}" for library in LIBRARIES.values() for name in library.modules]
-MODULES: list[str] = [*read_declared("registry", "modules.toml")["modules"], *ADAPTERS]
-"""Modules with a tuple `INTEGRATORS`."""
+MODULES = [*IN_HOUSE, *ADAPTERS]
 STIFF = frozenset(read_declared("registry", "stiff.toml")["ids"])
 """The ids of methods for stiff equations."""
 
@@ -37,6 +42,11 @@ def own() -> dict[str, Integrator]:
                 raise ValueError(f"two integrators have the id {integrator.id}; the second is in {name}")
             found[integrator.id] = integrator
     return found
+
+
+def in_house() -> list[Integrator]:
+    """Gnomon's own methods, in the sequence of IN_HOUSE."""
+    return [one for one in own().values() if type(one).__module__.startswith(_FOLDER)]
 
 
 def general() -> dict[str, Integrator]:

@@ -11,7 +11,7 @@ A law is named only if the interval of the power, by bootstrap over the starts, 
 """
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
@@ -19,12 +19,13 @@ from typing import Any
 import numpy as np
 from gnomon.cases.core.arithmetic import rebind
 from gnomon.cases.core.case import Case
+from gnomon.cases.core.forms import FirstOrder, SecondOrder
 from gnomon.cases.core.registry import get
 from gnomon.harness.contract import validation
 from gnomon.harness.contract.declared import read_declared
 from gnomon.harness.contract.integrator import Floats, Integrator
 from gnomon.harness.contract.problem import initial_state, problem_of
-from gnomon.harness.integrators.runge_kutta import explicit_pairs
+from gnomon.harness.integrators.base.step_control import Adaptive
 from gnomon.harness.measuring.prepared import Prepared
 from gnomon.harness.measuring.score import NUMPY
 from gnomon.harness.measuring.solved import outcome
@@ -69,20 +70,28 @@ class Subject:
     parameters: Mapping[str, Any] = field(default_factory=dict)
 
 
-def subjects_of(pairs: Sequence[type[Integrator]]) -> list[Subject]:
-    """The subjects that growth.toml lists, and each of the explicit pairs that it does not list, which has no structure.
-
-    The tolerance of a pair is so far above round-off that its discretization error dominates.
-    """
-    rows = read_declared("studies", "growth.toml")["subjects"]
-    listed = [Subject(f"gnomon:{name}", **row) for row in rows for name in row.pop("integrators")]
-    names = {one.integrator for one in listed}
-    others = {f"gnomon:{pair.name}": pair.order or 0 for pair in pairs if f"gnomon:{pair.name}" not in names}
-    tolerances = {name: 1e-7 if order < 6 else 1e-8 if order < 8 else 1e-9 for name, order in others.items()}
-    return listed + [Subject(name, tolerance, "t", periods=1e4) for name, tolerance in tolerances.items()]
+def subjects_of(methods: Iterable[Integrator]) -> list[Subject]:
+    """The subjects of methods: as growth.toml lists them, or by the defaults of this file; none for a method without either."""
+    table = read_declared("studies", "growth.toml")
+    listed: dict[str, list[Subject]] = {}
+    for row in table["subjects"]:
+        for name in row.pop("integrators"):
+            listed.setdefault(f"gnomon:{name}", []).append(Subject(f"gnomon:{name}", **row))
+    return [subject for one in methods for subject in listed.get(one.id) or _find_default(one, table)]
 
 
-SUBJECTS = subjects_of(explicit_pairs.INTEGRATORS)
+def _find_default(method: Integrator, table: Mapping[str, Any]) -> list[Subject]:
+    """Of a symplectic or reversible method the law is that its error is bounded, of any other that it grows as t."""
+    if not {FirstOrder, SecondOrder} & {*method.accepts} or method.order is None:
+        return []
+    bounded = bool({"symplectic", "reversible"} & {*method.conserves})
+    rows = table["pairs" if isinstance(method, Adaptive) else "bounded" if bounded else "fixed"]
+    expected = "bounded" if bounded else "t"
+    fitting = [row for row in rows if method.order <= row["order"]][:1]
+    return [Subject(method.id, row["setting"], expected, periods=row["periods"]) for row in fitting]
+
+
+SUBJECTS = subjects_of(lookup.in_house())
 
 
 def measure_growth(subject: Subject) -> dict[str, Any]:

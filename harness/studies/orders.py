@@ -9,7 +9,7 @@ is measured at fixed steps, with the formula that propagates its solution. The o
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -17,13 +17,14 @@ from typing import Any
 import numpy as np
 from gnomon.cases.core.arithmetic import mpmath_arithmetic, rebind
 from gnomon.cases.core.case import Case
-from gnomon.cases.core.forms import Form
+from gnomon.cases.core.forms import FirstOrder, Form, SecondOrder
 from gnomon.cases.core.registry import get
 from gnomon.harness.contract.declared import read_declared
 from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.contract.problem import find_accepted_form
 from gnomon.harness.integrators.base.fixed_step import DIGITS, FixedStep
-from gnomon.harness.integrators.runge_kutta import explicit_pairs
+from gnomon.harness.integrators.runge_kutta.embedded import Embedded
+from gnomon.harness.integrators.runge_kutta.nystrom import Nystrom
 from gnomon.harness.integrators.taylor.taylor import Taylor
 from gnomon.harness.measuring.reference_solution import ReferenceSolution
 from gnomon.harness.measuring.score import Scorer
@@ -70,15 +71,24 @@ class Subject:
         return tuple(self.coarsest * n // 12 for n in (12, 16, 24, 32) if self.coarsest)
 
 
-def subjects_of(pairs: Sequence[type[Integrator]]) -> list[Subject]:
-    """The subjects that orders.toml lists, and each of the explicit pairs that it does not list."""
+def subjects_of(methods: Iterable[Integrator]) -> list[Subject]:
+    """The subjects of methods: as orders.toml lists them, or by the defaults of this file; none for a method without either."""
     table = read_declared("studies", "orders.toml")
-    listed = [Subject(name, **row) for row in table["subjects"] for name in row.pop("integrators")]
-    names = {one.integrator for one in listed}
-    return listed + [Subject(pair.name, **table["pairs"]) for pair in pairs if pair.name not in names]
+    listed = {name: Subject(name, **row) for row in table["subjects"] for name in row.pop("integrators")}
+    found = (listed.get(one.id.removeprefix("gnomon:")) or _find_default(one, table) for one in methods)
+    return [subject for subject in found if subject is not None]
 
 
-SUBJECTS = subjects_of(explicit_pairs.INTEGRATORS)
+def _find_default(method: Integrator, table: Mapping[str, Any]) -> Subject | None:
+    if not {FirstOrder, SecondOrder} & {*method.accepts} or method.order is None:
+        return None
+    if isinstance(method, Embedded | Nystrom):
+        return Subject(method.name, **table["pairs"])
+    spans = [span for order, span in table["spans"].items() if method.order <= int(order)]
+    return Subject(method.name, span=spans[0]) if isinstance(method, FixedStep) and spans else None
+
+
+SUBJECTS = subjects_of(lookup.in_house())
 
 
 def measure_row(subject: Subject) -> dict[str, Any]:

@@ -5,10 +5,7 @@ import sys
 
 import pytest
 from gnomon.harness.contract.integrator import Integrator
-from gnomon.harness.registry.lookup import MODULES, own
-
-IN_HOUSE = [name for name in MODULES if name.startswith("gnomon.harness.integrators.")]
-ALL = [method for method in own().values() if type(method).__module__ in IN_HOUSE]
+from gnomon.harness.registry.lookup import IN_HOUSE, in_house
 
 
 def test_importing_declarations_loads_no_numba() -> None:
@@ -16,7 +13,7 @@ def test_importing_declarations_loads_no_numba() -> None:
     assert subprocess.run([sys.executable, "-c", program], check=False).returncode == 0
 
 
-@pytest.mark.parametrize("method", ALL, ids=lambda method: method.name)
+@pytest.mark.parametrize("method", in_house(), ids=lambda method: method.name)
 def test_a_declaration_is_complete(method: Integrator) -> None:
     assert method.order is not None
     assert method.order >= 1

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from breadth import marks
+from gnomon.cases.core.forms import FirstOrder, SecondOrder
 from gnomon.cases.core.registry import get
 from gnomon.harness.contract.problem import counting, initial_state, problem_of
 from gnomon.harness.integrators.base import step_control
@@ -13,10 +14,11 @@ from gnomon.harness.integrators.base.fixed_step import DIGITS, round_table
 from gnomon.harness.integrators.base.step_control import Adaptive, tabulate
 from gnomon.harness.integrators.base.tableau import full
 from gnomon.harness.integrators.multistep_extrapolation.extrapolation import GraggBulirschStoer
-from gnomon.harness.integrators.runge_kutta import dop853, explicit_pairs, nystrom
+from gnomon.harness.integrators.runge_kutta import dop853
 from gnomon.harness.integrators.runge_kutta.embedded import Embedded
 from gnomon.harness.integrators.runge_kutta.nystrom import DormandPrinceNystrom12, Nystrom
 from gnomon.harness.integrators.runge_kutta.nystrom_table import RKN_12_10
+from gnomon.harness.registry import lookup
 from gnomon.harness.studies.fixed_step_formulas import at_fixed_steps
 from gnomon.harness.studies.orders import measure_order_exactly
 from gnomon.reference.numerics.precision import working
@@ -24,8 +26,9 @@ from on_cases import solved
 from order_conditions import formulas, has_order, matrix, nystrom_residuals, rk_residuals
 from scipy.integrate import solve_ivp
 
-RUNGE_KUTTA: tuple[type[Embedded], ...] = explicit_pairs.INTEGRATORS  # type: ignore[assignment]
-NYSTROM: tuple[type[Nystrom], ...] = nystrom.INTEGRATORS  # type: ignore[assignment]
+SMOOTH = [type(one) for one in lookup.in_house() if {FirstOrder, SecondOrder} & {*one.accepts}]
+RUNGE_KUTTA = [kind for kind in SMOOTH if issubclass(kind, Embedded) and kind is not dop853.Dop853]
+NYSTROM = [kind for kind in SMOOTH if issubclass(kind, Nystrom)]
 PAIRS: tuple[type[Adaptive], ...] = (*RUNGE_KUTTA, dop853.Dop853, *NYSTROM)
 RUN = pytest.mark.parametrize("pair", [pytest.param(one, id=one.name, marks=marks(one)) for one in PAIRS])
 

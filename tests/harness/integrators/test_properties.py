@@ -12,27 +12,17 @@ from gnomon.cases.core.registry import get
 from gnomon.harness.contract.integrator import Integrator, Problem
 from gnomon.harness.contract.problem import initial_state, problem_of
 from gnomon.harness.integrators.base.fixed_step import FixedStep
-from gnomon.harness.integrators.gauss import gauss
 from gnomon.harness.integrators.gauss.gauss import Gauss2, Gauss4
-from gnomon.harness.integrators.gauss.gauss_fast import GaussFast
-from gnomon.harness.integrators.gauss.radau import Radau5
-from gnomon.harness.integrators.geometric import splitting
 from gnomon.harness.integrators.geometric.splitting import KahanLi6, KahanLi8, StormerVerlet, SymplecticEuler
-from gnomon.harness.integrators.multistep_extrapolation import extrapolation, stormer
 from gnomon.harness.integrators.multistep_extrapolation.stormer import STARTER, Stormer8, Stormer12
-from gnomon.harness.integrators.runge_kutta import dop853, explicit, explicit_pairs, nystrom
 from gnomon.harness.integrators.runge_kutta.explicit import RK4, ExplicitEuler
-from gnomon.harness.integrators.taylor.taylor import Taylor
+from gnomon.harness.registry import lookup
 from gnomon.harness.studies.orders import solve_exactly
 from gnomon.reference.numerics.precision import working
 from on_cases import setting_of, solved
 
-FIXED = (*explicit.INTEGRATORS, *splitting.INTEGRATORS, *gauss.INTEGRATORS, *stormer.INTEGRATORS)
-ADAPTIVE = (
-    *explicit_pairs.INTEGRATORS, *dop853.INTEGRATORS, *nystrom.INTEGRATORS, *extrapolation.INTEGRATORS, Taylor, Radau5,
-    GaussFast,
-)  # fmt: skip
-ALL = (*FIXED, *ADAPTIVE)
+ALL: list[Any] = [type(one) for one in lookup.in_house() if {FirstOrder, SecondOrder} & {*one.accepts}]
+FIXED = [method for method in ALL if issubclass(method, FixedStep)]
 START = (Fraction(3, 10), Fraction(-1, 5), Fraction(1, 4), Fraction(2, 5))
 STEP = Fraction(3, 10)
 

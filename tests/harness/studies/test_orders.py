@@ -1,15 +1,19 @@
 """The published orders: every in-house method is measured, and its order is the declared one."""
 
 import json
+from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from gnomon.harness.integrators.runge_kutta import explicit_pairs
-from gnomon.harness.registry.lookup import own
+from gnomon.harness.contract.integrator import Integrator
+from gnomon.harness.integrators.geometric import splitting
+from gnomon.harness.integrators.runge_kutta import explicit, explicit_pairs
+from gnomon.harness.registry.lookup import in_house
 from gnomon.harness.studies import growth, orders
 from gnomon.harness.studies.orders import SUBJECTS, WITHIN, Subject, measure_row
 
-IN_HOUSE = {m.id.removeprefix("gnomon:"): m for m in own().values() if ".integrators." in type(m).__module__}
+IN_HOUSE = {method.id.removeprefix("gnomon:"): method for method in in_house()}
 FORMULA_OF_ANOTHER = {"DOP853 [events]": "DOP853"}
 """Measured with the same formula on the same problem: once is enough here."""
 IN_TEST_ALL = {
@@ -21,18 +25,24 @@ IN_TEST_ALL = {
 
 
 def test_every_in_house_method_is_a_subject_once() -> None:
-    assert sorted(subject.integrator for subject in SUBJECTS) == sorted(IN_HOUSE)
+    listed = Counter(subject.integrator for subject in SUBJECTS)
+    for name in IN_HOUSE:
+        assert listed[name] == 1, (
+            f'{name}: write one line {{ integrators = ["{name}"], ... }} into harness/studies/orders.toml'
+        )
+    assert set(listed) == set(IN_HOUSE)
 
 
-def test_an_explicit_pair_that_no_line_names_is_a_subject() -> None:
-    """A new pair is a class with its coefficients: nothing else needs to name it."""
+@pytest.mark.parametrize("base", [explicit_pairs.DormandPrince5, explicit.RK4, splitting.Yoshida8])
+def test_a_new_method_that_no_line_names_is_a_subject(base: type[Integrator]) -> None:
+    """Orders and growth are measured where methods of its class and order are."""
 
-    class New(explicit_pairs.DormandPrince5):
+    class New(base):  # type: ignore[misc, valid-type]
         name = "New"
 
-    for subjects_of, name in ((orders.subjects_of, "New"), (growth.subjects_of, "gnomon:New")):
-        known = [one.integrator for one in subjects_of(explicit_pairs.INTEGRATORS)]
-        assert [one.integrator for one in subjects_of((*explicit_pairs.INTEGRATORS, New))] == [*known, name]
+    (order,), (growing,) = orders.subjects_of([New()]), growth.subjects_of([New()])
+    assert order == replace(orders.subjects_of([base()])[0], integrator="New")
+    assert growing == replace(growth.subjects_of([base()])[0], integrator="gnomon:New")
 
 
 @pytest.mark.parametrize(
