@@ -18,10 +18,10 @@ from gnomon.harness.system import extras
 from gnomon.reference.storage.importing import confined
 
 _SEQUENCE: list[str] = read_declared("registry", "modules.toml")["sequence"]
-_FOLDER = "gnomon.harness.integrators"
 _FILES = sorted((Path(__file__).parents[1] / "integrators").glob("*/*.py"))
-_FOUND = [file for file in _FILES if "\nINTEGRATORS" in file.read_text(encoding="utf-8")]
-IN_HOUSE = list(dict.fromkeys((*_SEQUENCE, *(f"{_FOLDER}.{file.parent.name}.{file.stem}" for file in _FOUND))))
+_FOUND = (f"{file.parent.name}.{file.stem}" for file in _FILES if "\nINTEGRATORS" in file.read_text(encoding="utf-8"))
+_FOLDER = "gnomon.harness.integrators."
+IN_HOUSE = [_FOLDER + name for name in dict.fromkeys((*_SEQUENCE, *_FOUND))]
 """Modules of harness/integrators with a tuple `INTEGRATORS`: in the sequence of modules.toml, then by file."""
 ADAPTERS = [f"gnomon.harness.adapters.{name}" for library in LIBRARIES.values() for name in library.modules]
 MODULES = [*IN_HOUSE, *ADAPTERS]
