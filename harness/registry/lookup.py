@@ -24,7 +24,6 @@ _FOLDER = "gnomon.harness.integrators."
 IN_HOUSE = [_FOLDER + name for name in dict.fromkeys((*_SEQUENCE, *_FOUND))]
 """Modules of harness/integrators with a tuple `INTEGRATORS`: in the sequence of modules.toml, then by file."""
 ADAPTERS = [f"gnomon.harness.adapters.{name}" for library in LIBRARIES.values() for name in library.modules]
-MODULES = [*IN_HOUSE, *ADAPTERS]
 STIFF = frozenset(read_declared("registry", "stiff.toml")["ids"])
 """The ids of methods for stiff equations."""
 
@@ -33,9 +32,9 @@ GROUP = "gnomon.integrators"
 
 @cache
 def own() -> dict[str, Integrator]:
-    """The integrators that come with gnomon, by id, in the sequence of MODULES."""
+    """The integrators that come with gnomon, by id."""
     found: dict[str, Integrator] = {}
-    for name in MODULES:
+    for name in (*IN_HOUSE, *ADAPTERS):
         for item in importlib.import_module(name).INTEGRATORS:
             integrator = make(item, name)
             if integrator.id in found:
