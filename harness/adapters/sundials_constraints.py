@@ -125,7 +125,7 @@ class IdaOnConstraints(Native):
         session.user[EQUATIONS] = kernel.address
         functions = c_functions(((stabilise, "float int int int int"),), (("DATA", DATA), ("SIZE", size)))
         t0, y, state, given = problem.t0, session.y, session.state, problem.parameters
-        session.set("Init", functions["stabilised"], t0, y, slopes)
+        session.set("Init", functions[stabilise.__name__], t0, y, slopes)
         session.set("SetId", marks)
         session.set("SetSuppressAlg", 1)
         session.set("SetLinearSolver", *dense)

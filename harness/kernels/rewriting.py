@@ -230,7 +230,7 @@ class Rewrite(ast.NodeTransformer):
 
     def visit_UnaryOp(self, node: ast.UnaryOp) -> ast.expr:
         self.generic_visit(node)
-        return self.helper("negated", node.operand) if isinstance(node.op, ast.Not) else node
+        return self.helper("negate", node.operand) if isinstance(node.op, ast.Not) else node
 
     def visit_Compare(self, node: ast.Compare) -> ast.expr:
         if len(node.ops) > 1:
@@ -290,7 +290,7 @@ class Rewrite(ast.NodeTransformer):
         else:
             name = self._loop()
             target = ast.Tuple([ast.Name(name, ast.Store()), node.target], ast.Store())
-            new = ast.For(target, self.helper("counted", values), self.suite(node.body), [])
+            new = ast.For(target, self.helper("count_loop", values), self.suite(node.body), [])
         self.depth = max(beside, self.depth + 1)
         self.loops.pop()
         return new

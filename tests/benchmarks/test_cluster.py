@@ -102,7 +102,7 @@ def test_two_dask_workers_against_two_processes(
         run_on_cluster(tmp_path / f"{next(places)}", suite, chosen, [planted.Sound()], "local")
 
     with connect("local", 2) as cluster:
-        monkeypatch.setattr("gnomon.harness.cluster.dask_run.connected", lambda *_: nullcontext(cluster))
+        monkeypatch.setattr("gnomon.harness.cluster.dask_run.connect", lambda *_: nullcontext(cluster))
         times: dict[Any, list[float]] = {alone: [], shared: []}
         for _ in range(3):
             for each in (alone, shared):

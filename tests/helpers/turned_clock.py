@@ -68,7 +68,7 @@ def turned_clock() -> Iterator[Clock]:
             patch.setattr(module, "monotonic", lambda: clock.now)
             patch.setattr(module, "LOOK_SECONDS", math.inf)
         patch.setattr(supervisor, "wait", clock.wait)
-        patch.setattr(supervisor, "scheduled_seconds", lambda _process: (0.0, 0.0))
+        patch.setattr(supervisor, "read_scheduled_seconds", lambda _process: (0.0, 0.0))
         patch.setattr(supervisor, "processor_time", lambda _process: clock.now * clock.burning)
         try:
             yield clock

@@ -155,7 +155,7 @@ def test_the_prediction_has_every_launch_and_the_exact_motions_that_are_not_kept
 
     ready = CaseSpec.of(cases.get("harmonic_oscillator").rounded())
     solution = reference_solution(ready)
-    monkeypatch.setattr(planned_run, "kept_solution", lambda spec: solution if spec == ready else None)
+    monkeypatch.setattr(planned_run, "find_kept", lambda spec: solution if spec == ready else None)
     monkeypatch.setattr(planned_run, "run_seconds", predicted)
     monkeypatch.setattr(Pool, "run", pool)
     names = [f"--case={name}" for name in ("harmonic_oscillator", "projectile_parabola")]

@@ -34,7 +34,7 @@ def test_pages_come_every_two_minutes_and_take_a_fifth_of_the_time_at_most(
         now[0] += seconds
         return tmp_path
 
-    monkeypatch.setattr(live_page, "refreshed", take_time)
+    monkeypatch.setattr(live_page, "refresh", take_time)
     page = LivePage(tmp_path, tmp_path, pytest.fail, {})
     assert due_after(page, now) <= FIRST_SECONDS + 1
     page.take()
@@ -50,7 +50,7 @@ def test_a_fault_of_the_page_does_not_end_the_run(
     def fail(*_: object) -> Path:
         raise KeyError("planted")
 
-    monkeypatch.setattr(live_page, "refreshed", fail)
+    monkeypatch.setattr(live_page, "refresh", fail)
     told: list[str] = []
     LivePage(tmp_path, tmp_path, told.append, {}).take()
     assert told == ["no page was written: KeyError('planted')"]

@@ -42,7 +42,7 @@ def done(monkeypatch: pytest.MonkeyPatch) -> list[str]:
         add(self, number, row, *more)
 
     monkeypatch.setattr(planned_run, "Pool", NoProcesses)
-    monkeypatch.setattr(planned_run, "kept_solution", lambda spec: None)
+    monkeypatch.setattr(planned_run, "find_kept", lambda spec: None)
     monkeypatch.setattr(planned_run, "_reference_solutions", computes)
     monkeypatch.setattr(store.Store, "add", adds)
     return found

@@ -150,7 +150,7 @@ def test_a_trial_that_ran_all_the_time_is_tried_once(
     ran: Any, clock: Clock, monkeypatch: pytest.MonkeyPatch, share: float, tries: int
 ) -> None:
     """No stall can have cost its time. One that ran for half of it may have been stopped by the machine."""
-    monkeypatch.setattr(supervisor, "scheduled_seconds", lambda _guard: (share * clock.now, 0.0))
+    monkeypatch.setattr(supervisor, "read_scheduled_seconds", lambda _guard: (share * clock.now, 0.0))
     ((status, reason, found),) = ran(after("prepared"), Job(limit=SHORT))
     assert (status, found, reason.endswith(THROUGHOUT)) == (Status.TIMEOUT, tries, tries == 1)
     assert clock.now == pytest.approx(tries * (SHORT + GRACE_SECONDS), abs=1e-3)
@@ -231,7 +231,7 @@ def test_waiting_for_the_processor_extends_the_deadline(
     """The kernel says how long a process was ready while others ran; here that is a share of the time. The worker answers
     after its limit, unless it was killed there."""
     os.mkfifo(tmp_path / "late")
-    monkeypatch.setattr(supervisor, "scheduled_seconds", lambda _guard: (0.0, share * clock.now))
+    monkeypatch.setattr(supervisor, "read_scheduled_seconds", lambda _guard: (0.0, share * clock.now))
     true_wait = clock.wait
 
     def wait(connections: list[Any], timeout: float) -> None:
@@ -500,7 +500,7 @@ def test_a_worker_that_waits_for_an_interlude_has_no_deadline(monkeypatch: pytes
     clock, paused = [0.0], []
     for module in (supervisor, pool):
         monkeypatch.setattr(module, "monotonic", lambda: clock[0])
-    monkeypatch.setattr(supervisor, "scheduled_seconds", lambda _guard: (0.0, 0.0))
+    monkeypatch.setattr(supervisor, "read_scheduled_seconds", lambda _guard: (0.0, 0.0))
     first, second = Job(1, limit=10 * LIMIT), Job(3)
 
     def wait(connections: list[Any], _timeout: float) -> None:

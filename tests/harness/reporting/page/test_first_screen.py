@@ -174,7 +174,7 @@ def test_a_library_has_one_line_and_a_picture_no_more_lines_than_there_are_colou
     """A best of 54 methods is never set against a best of 2."""
     names = [f"gnomon:{k}" for k in range(54)] + ["scipy:DOP853"]
     found = Representatives.__new__(Representatives)
-    assert first_screen.chosen_for(found, "c", names[-NAMED:]) == names[-NAMED:]
+    assert first_screen.choose_for(found, "c", names[-NAMED:]) == names[-NAMED:]
     colours = first_screen._distinct(["scipy"] * NAMED)
     assert len(set(colours)) == NAMED
 
