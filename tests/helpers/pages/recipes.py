@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 from typing import NamedTuple
 
-CONTRIBUTING = Path(__file__).parents[2] / "CONTRIBUTING.md"
+CONTRIBUTING = Path(__file__).parents[3] / "CONTRIBUTING.md"
 _PART = re.compile(r"^\d\. `([^`\n]+)`|^```(\w*)\n(.*?)^```$", re.M | re.S)
 
 _COMMAND = re.compile(r"^((?!\(Pdb\)).+)\n((?:\(Pdb\) .*\n)*)", re.M)
