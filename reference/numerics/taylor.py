@@ -24,10 +24,22 @@ WIDEST = 690
 """A step lasts exp(-690) to exp(690) s, 1e-300 to 1e300 s: as far as spans go."""
 
 
+_OF_SERIES: dict[str, Callable[[Any], Any]] = {
+    "sinh": lambda x: (x.exp() - (-x).exp()) / 2,
+    "cosh": lambda x: (x.exp() + (-x).exp()) / 2,
+    "tanh": lambda x: 1 - 2 / ((2 * x).exp() + 1),
+    "asinh": lambda x: (x + (x * x + 1).sqrt()).log(),
+}
+"""Functions that flint has for balls only."""
+
+
 def flint_arithmetic() -> dict[str, Callable[..., Any]]:
     """The functions of `math` on balls and on series over balls."""
 
     def method(name: str) -> Callable[[Any], Any]:
+        lacking = _OF_SERIES.get(name)
+        if lacking is not None:
+            return lambda x: lacking(x) if isinstance(x, flint.arb_series) else getattr(flint.arb(x), name)()
         return lambda x: getattr(x if hasattr(x, name) else flint.arb(x), name)()
 
     names = ("sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "asinh", "sqrt", "exp", "log")

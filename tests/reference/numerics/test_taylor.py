@@ -3,10 +3,11 @@
 from fractions import Fraction
 from typing import Any
 
+import flint
 import mpmath
 import pytest
 from gnomon.reference.numerics.balls import ball
-from gnomon.reference.numerics.taylor import integrate
+from gnomon.reference.numerics.taylor import flint_arithmetic, integrate
 
 
 def number(x: Fraction) -> Any:
@@ -46,3 +47,11 @@ def test_a_constant_rate_is_integrated_exactly() -> None:
 def test_a_pole_is_reported_and_not_stepped_over() -> None:
     with pytest.raises(ArithmeticError):
         integrate(lambda t, state: (state[0] * state[0],), (Fraction(1),), [Fraction(2)], 20)
+
+
+@pytest.mark.parametrize("name", sorted(set(flint_arithmetic()) - {"hypot"}))
+def test_functions_of_series_have_the_derivatives_of_mpmath(name: str) -> None:
+    """Equations may use each of them, and second derivations differentiate equations by series."""
+    found = flint_arithmetic()[name](flint.arb_series([0.25, 1], 4))
+    for k, wanted in enumerate(mpmath.taylor(getattr(mpmath, name), 0.25, 3)):
+        assert abs(float(found[k]) - float(wanted)) < 1e-12
