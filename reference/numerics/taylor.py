@@ -37,10 +37,12 @@ def flint_arithmetic() -> dict[str, Callable[..., Any]]:
     """The functions of `math` on balls and on series over balls."""
 
     def method(name: str) -> Callable[[Any], Any]:
-        lacking = _OF_SERIES.get(name)
-        if lacking is not None:
-            return lambda x: lacking(x) if isinstance(x, flint.arb_series) else getattr(flint.arb(x), name)()
-        return lambda x: getattr(x if hasattr(x, name) else flint.arb(x), name)()
+        def evaluate(x: Any) -> Any:
+            if isinstance(x, flint.arb_series) and name in _OF_SERIES:
+                return _OF_SERIES[name](x)
+            return getattr(x if hasattr(x, name) else flint.arb(x), name)()
+
+        return evaluate
 
     names = ("sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "asinh", "sqrt", "exp", "log")
     functions: dict[str, Callable[..., Any]] = {name: method(name) for name in names}
