@@ -81,8 +81,8 @@ class Library:
 
 
 def _read(name: str, table: Mapping[str, Any]) -> Library:
-    row: dict[str, Any] = {key: tuple(value) if isinstance(value, list) else value for key, value in table.items()}
-    return Library(**({"name": name, "title": name, "modules": (name,)} | row))
+    row: dict[str, Any] = {"name": name, "title": name, "modules": (name,)}
+    return Library(**row | {key: tuple(value) if isinstance(value, list) else value for key, value in table.items()})
 
 
 def _first_match(values: Mapping[str, str], name: str) -> str:
