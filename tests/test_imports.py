@@ -74,7 +74,7 @@ def in_functions(tree: ast.Module) -> list[ast.stmt]:
 
 
 def test_an_import_in_a_function_has_a_reason() -> None:
-    """In a comment on its line or above it, at the first one of the module: one that hides a circle has none."""
+    """A comment on the line of the first such import of a module, or above it, says why. A circle is not a reason."""
     missing = []
     for path, lines, tree in sources((*FOLDERS, "src"), r"^[ \t]+(import|from) "):
         for node in in_functions(tree)[:1]:

@@ -10,20 +10,20 @@ from gnomon.harness.contract.validation import is_finite, short
 FEWEST = 8
 """Minimum number of step sizes of a sweep."""
 DECIMAL_STEPS = (1e-2, 5e-3, 2e-3, 1e-3, 5e-4, 2e-4, 1e-4)
-"""Step sizes (s) on the variants `engines*`, whose sample times are multiples of 0.01 s. A method that declares few
-halvings, because finer steps only show its round-off, has the first of them."""
+"""Step sizes (s) on the variants `engines*`, whose sample times are multiples of 0.01 s. A sweep of n halvings takes the
+n + 1 largest of them: a method declares few halvings if smaller steps would only show its round-off."""
 KINDS = (Tolerance.kind, Steps.kind)
 Chosen = Mapping[str, Sequence[float]]
-"""The settings that a user chose, by kind (`KINDS`), from cheap to expensive; a kind without any has its sweeps."""
+"""The settings that a user chose, by kind (`KINDS`), from cheap to expensive. Without an entry for its kind, a method runs its own sweep."""
 EXAMPLE = "as 1e-6,1e-9 or, for a run of methods of both kinds, tolerance=1e-6,1e-9 and step=0.1,0.05"
 
 
 def sweep_settings(
     integrator: Integrator, case: Case, problem: Problem, chosen: Chosen | None = None
 ) -> tuple[float, ...]:
-    """The settings of a sweep, from cheap to expensive: the `chosen` ones of its kind, or else those that it declares.
+    """The settings at which an integrator runs, from cheap to expensive: those `chosen` for its kind, else its own sweep.
 
-    A chosen step size that does not divide the sampling interval becomes the next smaller one that does.
+    A chosen step size that does not divide the sampling interval is replaced by the next smaller step size that does.
     """
     sweep = integrator.sweep
     given = (chosen or {}).get(sweep.kind)
@@ -52,7 +52,7 @@ def _steps(sweep: Steps, interval: float, time_scale: float) -> tuple[float, ...
 
 
 def _divide(interval: float, step: float) -> float:
-    """The step itself if it divides the interval to rounding, else the next smaller one that does."""
+    """`step` if it divides the interval to rounding, else the next smaller step size that divides it."""
     count = max(1, round(interval / step))
     if abs(count * step - interval) <= 2 * math.ulp(interval):
         return step
@@ -60,26 +60,25 @@ def _divide(interval: float, step: float) -> float:
 
 
 def choose_settings(given: Chosen | Iterable[float], integrators: Iterable[Integrator]) -> Chosen:
-    """The settings that a user gives for these integrators, validated and sorted from cheap to expensive.
+    """Validate the settings that a user gives for these integrators, and sort them from cheap to expensive.
 
-    `given` has them by kind, "tolerance" or "step"; without kinds all integrators must have settings of one kind.
-    Raises ValueError for an impossible setting, and for a kind that is not known, not clear, or not the kind of any
-    integrator.
+    `given` is a list by kind, "tolerance" or "step", or one list if all integrators take settings of one kind. Raises
+    ValueError for an impossible setting, an unknown kind, a kind that no integrator takes, and one list for two kinds.
     """
-    first = {one.sweep.kind: one.id for one in reversed([*integrators])}
+    example_of = {one.sweep.kind: one.id for one in reversed([*integrators])}
     if not isinstance(given, Mapping):
         given = [*given]
-        if len(first) > 1:
-            tolerance, step = (first[kind] for kind in KINDS)
+        if len(example_of) > 1:
+            tolerance, step = (example_of[kind] for kind in KINDS)
             raise ValueError(
                 f"settings {_text(given)}: {tolerance} takes tolerances and {step} step sizes; name the kind, {EXAMPLE}"
             )
-        given = {kind: given for kind in first}
-    found = {}
+        given = {kind: given for kind in example_of}
+    settings = {}
     for kind, values in given.items():
         if kind not in KINDS:
             raise ValueError(f"settings {kind}={_text(values)}: a setting is a {' or a '.join(KINDS)}, {EXAMPLE}")
-        if kind not in first:
+        if kind not in example_of:
             raise ValueError(f"settings {kind}={_text(values)}: no integrator of this run takes a {kind}")
         for value in values:
             if not (is_finite(value) and 0 < value < (1 if kind == Tolerance.kind else math.inf)):
@@ -89,8 +88,8 @@ def choose_settings(given: Chosen | Iterable[float], integrators: Iterable[Integ
                 raise ValueError(f"settings: {short(value)} is not a {kind}; a {kind} is {rule}")
         if not values:
             raise ValueError(f"settings: no {kind} is given; write some, {EXAMPLE}")
-        found[kind] = tuple(sorted({float(value) for value in values}, reverse=True))
-    return found
+        settings[kind] = tuple(sorted({float(value) for value in values}, reverse=True))
+    return settings
 
 
 def read_settings(texts: Sequence[str]) -> dict[str, list[float]] | list[float]:
@@ -111,7 +110,7 @@ def read_settings(texts: Sequence[str]) -> dict[str, list[float]] | list[float]:
     if "" not in named:
         return named
     if len(named) > 1:
-        raise ValueError(f"settings {' '.join(texts)}: name the kind of all or of none, {EXAMPLE}")
+        raise ValueError(f"settings {' '.join(texts)}: name the kind in every text or in none, {EXAMPLE}")
     return named[""]
 
 

@@ -1,4 +1,4 @@
-"""Runs an integrator on one case for the claims. Each solution is computed once, and each error has its round-off."""
+"""Runs an integrator on one case for the claims: each solution is computed once, with a bound of its rounding errors."""
 
 from __future__ import annotations
 
@@ -37,10 +37,10 @@ SHORT = 6
 SHORT_SPANS = (SHORT, SHORT - 1, SHORT - 2)
 """Halvings of the span for `tolerance_short`."""
 TIGHT = 1e-4
-"""Largest tolerance of the claims: at looser ones the estimate of a local error need not be close to the error."""
+"""Largest tolerance of the claims: at looser tolerances a correct estimate of a local error may be far from the error."""
 CALLS = 20.0
-"""Right-hand sides of a plain function for each step of `Trials.limited`, and for each component of the state, after which
-it is given up. Right pairs, extrapolation, multistep, implicit and Rosenbrock methods by differences took at most 3.9."""
+"""A plain function is given up after this number of right-hand sides for each step that `Trials.limited` expects and each
+component of the state. Correct pairs, extrapolation, multistep, implicit and Rosenbrock methods took at most 3.9."""
 COUNTS = 6
 """Least number of different counts from which the right-hand sides of a step are found. All 5 differences have a factor
 2 by chance with a probability of 1/32."""
@@ -216,9 +216,9 @@ class Trials:
     def growth(self, halvings: int = 0) -> Floats:
         """The largest growth of an error to each sample, shape (64,), or to each eighth of a shorter span, shape (8,).
 
-        The shorter span is divided by 2^halvings. If `growth.growth` gives None, the growth is the largest conditioning
-        over half an ulp. Without events this is multiplied by 1 + the span in time scales: the conditioning has no
-        errors off a constraint, where an error of a velocity stays.
+        The shorter span is divided by 2^halvings. If `error_growth` gives None, the growth is the largest conditioning
+        over half an ulp. Without events it is multiplied by 1 + the span in time scales: the conditioning moves states
+        within the constraints only, but an error of a velocity may leave a constraint, and grows as the time.
         """
         if halvings not in self._growth:
             times = self.reference.times[7::8] * 2.0**-halvings if halvings else self.reference.times
@@ -230,10 +230,10 @@ class Trials:
 
     @cached_property
     def calls_of_a_step(self) -> int:
-        """The largest possible number of right-hand sides in a step: the common divisor of all differences of counts.
+        """An upper bound of the right-hand sides in a step: the greatest common divisor of the differences of counts.
 
-        If each step, also a rejected one, has an equal count, all differences are its multiples. 1 if there are too few
-        counts.
+        If all steps, also rejected ones, take equally many right-hand sides, this number divides every difference. The
+        bound is 1 if there are too few counts.
         """
         answers = [self.short(n, s, end=True) for n in SHORT_SPANS for s in self.settings if s <= TIGHT]
         counts = sorted({a.work for a in answers if a.work is not None and not (a.steps or a.declined)})
@@ -247,7 +247,7 @@ class Trials:
         return max(answer.work / (1 if answer.steps else self.calls_of_a_step), least)
 
     def of_differences(self, h: float, halvings: int) -> float:
-        """The error that a Jacobian by differences may cause at a step size, if the integrator declares one; else 0.
+        """The error at a step size that a Jacobian by differences may cause; 0 unless the integrator declares one.
 
         A one-sided difference has a relative error of at least the root of an ulp. A Jacobian J has the share h |J| of
         a step, and 1 / |J| is the time scale of the case.
@@ -277,7 +277,7 @@ class Trials:
         return self._exact[halvings]
 
     def limited(self, problem: Problem, setting: float) -> Problem:
-        """The problem with the number of right-hand sides after which a plain function with a tolerance is given up.
+        """The problem with a limit of right-hand sides, after which a plain function with a tolerance is given up.
 
         A method of order p, whose estimate has order p or one less, takes steps of about tolerance^(1/p) of the fastest
         time of the equations.
@@ -294,7 +294,7 @@ class Trials:
         return Prepared(self.integrator, self.limited(problem, setting), setting)
 
     def solved(self, problem: Problem, setting: float, starts: Sequence[Floats]) -> list[tuple[Solution, int]]:
-        """(solution, right-hand sides) from each start, by one solver in turn. The integrator's errors pass through."""
+        """(solution, number of right-hand sides) from each start (dim,), by one solver; exceptions pass through."""
         with self.prepared(problem, setting) as solver:
             return [solver.counted(start[None]) for start in starts]
 

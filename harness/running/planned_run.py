@@ -49,7 +49,7 @@ Work = tuple[Series, tuple[Trial, ...], Scorer]
 class Launch:
     """A launch of a series with some of its trials.
 
-    `is_again`: whether it is of the middle one of its timed trials alone, for the scatter between launches.
+    `is_again`: whether only the middle one of its timed trials runs, for the scatter between launches.
     """
 
     number: int
@@ -107,10 +107,10 @@ def open_run(
     near_duplicates: bool,
     at_once: bool = True,
 ) -> Iterator["PlannedRun"]:
-    """A run whose plan is in the results file; the caller runs its `work`. Raises ValueError as `run` does.
+    """Write the plan of a run to the results file, and give the run, whose `work` the caller runs.
 
-    Unless all is planned `at_once`, series whose exact motions are computed first are planned after the others have run:
-    a first trial then begins within seconds. Until then the file says that its last run has not ended.
+    With `at_once` all series are planned now. Without it, series whose exact motions are not on disk yet are planned
+    after the other series have run, so that the first trial begins within seconds. Raises ValueError as `run` does.
     """
     open_standard_streams()  # else a file of the run may take the place of a standard stream
     for integrator in integrators:
@@ -143,7 +143,7 @@ def _verify_caches() -> None:
 
 
 def _in_two(series: Sequence[Series]) -> tuple[Sequence[Series], Sequence[Series]]:
-    """The series whose exact motions are kept on disk, or if there are none of the first case; and the others."""
+    """(first, later): series whose exact motions are on disk, or else the series of the first case; all other series."""
     specs = dict.fromkeys(CaseSpec.of(one.case, one.formulation) for one in series)
     ready = {spec for spec in specs if find_kept(spec) is not None} or {*list(specs)[:1]}
     parts: tuple[list[Series], list[Series]] = [], []
@@ -164,7 +164,7 @@ def _reference_solutions(
 
 
 def _name_series(series: Series) -> Names:
-    """A series as `Rounds.next` names it, which are in the own formulation of their cases."""
+    """(case, variant, integrator) of a series, as `Rounds.next` names it; no integrator in another formulation."""
     variant = "" if series.variant == DEFAULT else series.variant
     return series.case.name, variant, series.integrator.id if series.formulation is None else ""
 
@@ -246,8 +246,8 @@ class PlannedRun:
     def sweeps(self) -> Iterator[Sweep | None]:
         """Every launch of every series that has trials to run, in the order of `order.places`.
 
-        All series are launched once before any is repeated. A launch begins after the previous launch of its series,
-        whose settings it repeats. None is a pause, while all launches that are left have to wait.
+        Every series is launched once before a series is launched again. A launch repeats the settings of the previous
+        launch of its series, so it begins after that launch has ended. None means that all launches left must wait.
         """
         under_way = set[str]()
         self._predict()
@@ -265,7 +265,7 @@ class PlannedRun:
             yield from self._rounds(self.further, under_way)
 
     def _predict(self) -> None:
-        """Print the predicted time of what the file does not have yet."""
+        """Print the predicted time of the launches that are not in the file yet."""
         launches = self._with_scatter(self._launches(self.work))
         pending = [(one.series.id, self._cost(one)) for one in launches if one.is_again or one.pending(self.history)]
         count = sum(not one.is_again and bool(one.pending(self.history)) for one in launches)
@@ -287,7 +287,7 @@ class PlannedRun:
         return sorted(launches, key=lambda one: (one.number, places[one.series.id]))
 
     def _with_scatter(self, launches: Sequence[Launch]) -> list[Launch]:
-        """These launches, and among them those that measure the scatter, where series are launched fewer times."""
+        """These launches with the additional launches that measure the scatter, spread among them."""
         fewest = max((one.number for one in launches), default=1) + 1
         first = {one.series.id: one for one in launches if one.number == 1}
         if len({one.series.integrator.id for one in launches}) < 2:
@@ -300,9 +300,9 @@ class PlannedRun:
         return order.spread(launches, blocks)
 
     def _rounds(self, further: Rounds, under_way: set[str]) -> Iterator[Sweep | None]:
-        """Further launches where comparisons are open, each round after the one before, until the time is spent.
+        """Launch series with open comparisons again, in rounds that follow one another, until the time is spent.
 
-        A run that measured nothing new begins none if the last run of the suite has a record of its rounds.
+        If this run measured nothing new and the last run of the suite recorded its rounds, no round begins.
         """
         while under_way:
             yield None
@@ -348,7 +348,7 @@ class PlannedRun:
             yield Sweep(one.series, trials, one.scorer, suite, one.number, history, self._record, ended, interruptions)
 
     def _cost(self, launch: Launch) -> float:
-        """The predicted seconds of a launch, of a few settings in proportion."""
+        """The predicted seconds of a launch; for a launch of one setting, this share of the whole launch."""
         whole = launch_seconds(launch.series, self.suite, launch.number)
         return whole / (SETTINGS if launch.is_again else 1)
 

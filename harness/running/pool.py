@@ -34,9 +34,10 @@ PREPARE_SECONDS = 60.0
 LOOK_SECONDS = 0.1
 """Longest time between two comparisons of the workers' output with the size that they may print."""
 RETRY_SECONDS = 0.5
-"""Trials with a limit below this are tried TRIES times: a stall of the machine, up to 0.2 s, is not a timeout.
+"""A trial with a limit below this is tried TRIES times, because a stall of the machine, up to 0.2 s, is not a timeout.
 
-A process that ran all the time has seen no stall: it has one try. Further tries would take a fifth of a run.
+If the processor served the process all the time, the machine did not stall, and the trial has one try: further tries
+would take a fifth of a run.
 """
 
 
@@ -117,10 +118,10 @@ class Pool:
         self._pausing = False
 
     def run(self, jobs: Iterable[Job | None], interlude: Interlude | None = None) -> None:
-        """Run all jobs; at None the next job waits for one that is under way.
+        """Run all jobs. None among `jobs` means that the next job can begin only after a job that is under way.
 
-        After an exception, also Ctrl-C, the workers are killed and the exception is raised. If the `interlude` is due,
-        no further request is sent until all workers have answered and its work is done.
+        After an exception, also Ctrl-C, the workers are killed and the exception is raised. When the `interlude` is due,
+        the pool waits until all workers have answered, does the work of the interlude, and then sends further requests.
         """
         waiting = iter(jobs)
         with self._folder, self._supervisor:
@@ -172,7 +173,7 @@ class Pool:
             self._send(slot, slot.request)
 
     def _stage(self, slot: _Slot, stage: str, times: int = 1) -> None:
-        """Give the worker its time for a stage; `times`: the number of deadlines of a run that it may take."""
+        """Set the worker's deadline for a stage; `times` multiplies the deadline of the stage `run`."""
         slot.stage, limit = stage, slot.job.limit_seconds
         seconds, why = times * (limit + GRACE_SECONDS), f"no answer within {limit:g} s"
         if stage == "prepare":
@@ -195,22 +196,23 @@ class Pool:
                 self._fail(slot, Status.CRASHED, FLOODED)
 
     def _ended(self, slot: _Slot, end: Ended) -> None:
-        """The worker passed its deadline, ended by itself or by a signal from outside, or lost the fork server.
+        """Act on a worker that passed its deadline, ended by itself or from outside, or lost the fork server.
 
-        While tries are left, a worker that costs more than the time of these tries gets that time to answer: a call
-        that does not end within it is no stall, and a call that does end is tried again in the same worker.
+        A trial that may be tried again gets a new worker. If a new worker costs more than the time of all tries that
+        are left, the old worker gets this time to answer. If it answers, the trial is tried again in the old worker; if
+        it does not, the trial has timed out.
         """
-        again = slot.stage == "run" and slot.tries < TRIES and slot.job.limit_seconds < RETRY_SECONDS
+        may_retry = slot.stage == "run" and slot.tries < TRIES and slot.job.limit_seconds < RETRY_SECONDS
         left = TRIES - slot.tries
         if end.late and slot.late:
             slot.tries = TRIES
             self._fail(slot, Status.TIMEOUT, f"no answer within {slot.job.limit_seconds:g} s")
-        elif end.late and again and slot.child.limit.busy():
+        elif end.late and may_retry and slot.child.limit.busy():
             self._fail(slot, Status.TIMEOUT, f"{end}{THROUGHOUT}")
-        elif end.late and again and (slot.costs or 0.0) > left * (slot.job.limit_seconds + GRACE_SECONDS):
+        elif end.late and may_retry and (slot.costs or 0.0) > left * (slot.job.limit_seconds + GRACE_SECONDS):
             self._stage(slot, "run", times=left)
             slot.late = True
-        elif end.late and again:
+        elif end.late and may_retry:
             self._end(slot)
             self._launch(slot.job, slot.request, again=slot.again, tries=slot.tries + 1)
         elif end.late:

@@ -25,8 +25,8 @@ GRACE_SECONDS = 0.15
 TIMEOUTS_IN_A_ROW = 3
 """Number of successive timeouts that end a sweep. One does not: a loose tolerance may hang, as near a pericentre."""
 REPEATED_SECONDS = 0.001
-"""Trials of hard variants above this are timed in one call. For shorter ones a single call is too slow by 5 to 10 % in
-the median, and below 30 microseconds by half in one of ten, because its code was just loaded."""
+"""Trials of hard variants that take longer are timed in one call. In shorter trials a single call is too slow by 5 to 10 %
+in the median, because its code was just loaded; below 30 microseconds one call in ten is too slow by half."""
 MOST_INTERRUPTIONS = 2
 """Number of times that an interrupted trial runs again, each at the next call; after that its status is `crashed`."""
 
@@ -52,7 +52,7 @@ def task_of(series: Series, exact: ReferenceSolution) -> Task:
 
 @dataclass(eq=False)
 class Sweep:
-    """One launch of a series. By (trial_key, launch), `history` has earlier results, `interruptions` their numbers."""
+    """One launch of a series. `history`: earlier results, `interruptions`: their counts, both by (trial_key, launch)."""
 
     series: Series
     trials: Sequence[Trial]
@@ -78,8 +78,8 @@ class Sweep:
     def next(self) -> Request | None:
         """The request for the next trial that must run.
 
-        Trials that earlier runs measured are passed over, and in later launches trials that the first one did not
-        score. Trials that would exceed the limit are recorded as skipped.
+        It passes over trials that earlier runs measured and, after the first launch, trials that the first launch did
+        not score. Trials that would exceed the limit are recorded as skipped.
         """
         while self._waiting:
             trial = self._waiting.pop(0)
@@ -137,11 +137,12 @@ class Sweep:
             self._fastest = min(self._fastest, (known.seconds or math.inf) / known.work)
 
     def _predicted(self, setting: float) -> str | None:
-        """Why a setting would exceed the limit by far; None if it would not, or if nothing was counted or timed.
+        """The reason to skip a setting that would exceed the limit by far; None if it would not, or without a count.
 
-        Counts are extrapolated by their smallest growth, a factor for each setting since the last counted one, and
-        multiplied by the least time for one in this series so far. After a timeout a prediction above the deadline
-        suffices: what did not end there in any try need not be seen to do so again.
+        The prediction is a count of right-hand sides or steps times the least time of one in this series so far. The
+        count is extrapolated from the last count by the smallest factor between two counts, once for each setting since.
+        The prediction must exceed TIMES_THE_LIMIT; after a timeout the deadline of the worker, as a cheaper setting has
+        already failed to end before it.
         """
         if self.launch > 1 or not math.isfinite(self._fastest):
             return None
@@ -172,8 +173,8 @@ class Sweep:
     def _request(self, setting: float) -> Request:
         """The request for a trial.
 
-        Default variants are timed precisely; for other variants a few calls suffice, as their times serve as orders of
-        magnitude.
+        Default variants are timed precisely. A few calls suffice for other variants, whose times serve as orders of
+        magnitude only.
         """
         suite, count = self.suite, self.launch == 1 and self.series.integrator.counts_rhs
         if self.series.case.variant is None:

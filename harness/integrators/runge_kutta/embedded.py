@@ -99,7 +99,7 @@ def state_within(
     f: Any, t: float, h: float, ahead: float, y: Floats, compensation: Floats, end: Floats, p: Floats, table: Floats, x: Floats,
     slope: Floats, k: Floats, out: Floats,
 ) -> None:  # fmt: skip
-    """As `between`, for families that go on from this state."""
+    """Write the state at t + `ahead` into `out`, as `between`; `projected` calls it, and then projects the state."""
     if DENSE_ROWS >= 0:
         interpolate(ahead / h, h, y, end, table, k, out)
     elif ahead == h:

@@ -85,8 +85,8 @@ def _certificates(subject: Subject, folders: Sequence[Path]) -> list[Part]:
     motions = count_text(len(ran), "exact motion")
     if not rows:
         return [words(
-            f"No certificate of the {motions} of this report lies beside the run, so that it states none.",
-            "gnomon certify writes certificates.json; a report made beside that file shows it.",
+            f"The run has no file certificates.json, so this report states no certificates of its {motions}.",
+            "gnomon certify writes this file; a report that is made beside the file shows the certificates.",
         ), _checks(folders)]  # fmt: skip
     good, bad = [row for row in rows if row["passed"]], [motion_name(row) for row in rows if not row["passed"]]
     least = min(rows, key=lambda row: float(row["digits"]))
@@ -101,8 +101,8 @@ def _certificates(subject: Subject, folders: Sequence[Path]) -> list[Part]:
         f"Confirmed: {len(good)} of the {motions} of this report, by computations that share no formula with them;"
         f" the fewest digits are {float(least['digits']):.1f} ({motion_name(least)}), where binary64 has 16."
         f"{lacking}{failed}{revisions}",
-        "Required are 45 digits of a closed form, and 30 where the exact motion is itself an integration, each by at least"
-        " two independent ways; digits are counted relative to the size of the motion, 50 at most.",
+        "At least two independent ways must each confirm 45 digits of a closed form, or 30 digits of a motion by integration;"
+        " digits are counted relative to the size of the motion, 50 at most.",
     )
     by_way = []
     for way, meaning in WAYS.items():
