@@ -30,13 +30,14 @@ _GIVEN: WeakKeyDictionary[Integrator, bytes] = WeakKeyDictionary()
 
 
 class _Pickler(pickle.Pickler):
-    """Collects the modules of the classes and functions in a pickle."""
+    """Writes a pickle, and collects in `modules` the modules of its classes and functions."""
 
     def __init__(self, file: io.BytesIO) -> None:
         super().__init__(file, _PROTOCOL)
         self.modules = set[str]()
 
     def persistent_id(self, item: Any) -> None:
+        """Note the module of a class or function. `pickle` calls this for each object, and None lets it go on as usual."""
         if isinstance(item, type | FunctionType):
             self.modules.add(item.__module__ or MAIN)
 
@@ -52,19 +53,19 @@ class _Held:
 
 
 def _find_held(module: str, name: str, place: int | None, wanted: str) -> Integrator:
-    """The integrator that the module holds there. Raises ValueError for one of another id, as the file may have changed."""
-    found = getattr(importlib.import_module(module), name, None)
+    """The integrator at its place in a module. Raises ValueError if its id is not `wanted`: the file may have changed."""
+    value = getattr(importlib.import_module(module), name, None)
     if place is not None:
-        found = found[place] if isinstance(found, tuple | list) and place < len(found) else None
-    if not isinstance(found, Integrator) or found.id != wanted:
+        value = value[place] if isinstance(value, tuple | list) and place < len(value) else None
+    if not isinstance(value, Integrator) or value.id != wanted:
         where = name if place is None else f"{name}[{place}]"
         raise ValueError(
             f"{module}.{where} is not {wanted} any more; start again, and leave {module} as it is meanwhile"
         )
-    return found
+    return value
 
 
-def _holder(integrator: Integrator) -> _Held | None:
+def _find_holder(integrator: Integrator) -> _Held | None:
     """The place at which a module holds an integrator; None if no module holds it."""
     for module in dict.fromkeys((type(integrator).__module__, *sys.modules)):
         variables: dict[str, Any] = dict(getattr(sys.modules.get(module), "__dict__", {}))
@@ -72,17 +73,17 @@ def _holder(integrator: Integrator) -> _Held | None:
             if value is integrator:
                 return _Held(integrator, module, name)
             if name == "INTEGRATORS" and isinstance(value, tuple | list):
-                for place, one in enumerate(value):
-                    if one is integrator:
+                for place, item in enumerate(value):
+                    if item is integrator:
                         return _Held(integrator, module, name, place)
     return None
 
 
 def pickle_integrator(integrator: Integrator) -> tuple[bytes | None, tuple[str, ...]]:
-    """A pickle of an integrator, and the modules that define its class and the classes of its parts.
+    """(pickle, modules): a pickle of an integrator, and the modules that define its class and the classes of its parts.
 
-    For an integrator that cannot be pickled, the pickle names the module variable that holds it; if MAIN defines a part
-    of it, the pickle is None. Raises ValueError for any other integrator that cannot be pickled.
+    If an integrator cannot be pickled, the pickle is None if MAIN defines a part of it; else it names the variable of a
+    module that holds the integrator. Raises ValueError if no module holds it.
     """
     file, kind = io.BytesIO(), type(integrator)
     pickler = _Pickler(file)
@@ -92,7 +93,7 @@ def pickle_integrator(integrator: Integrator) -> tuple[bytes | None, tuple[str, 
         content = file.getvalue()
     except Exception as error:  # a user's own class may raise anything
         if MAIN not in {kind.__module__, *modules}:
-            holder = _holder(integrator)
+            holder = _find_holder(integrator)
             if holder is None:
                 raise ValueError(_explain_refusal(integrator, f"{type(error).__name__}: {str(error)[:TEXT]}")) from None
             modules, content = {holder.module}, pickle.dumps(holder, _PROTOCOL)
@@ -117,44 +118,45 @@ def dereference(given: Reference) -> Integrator:
 
 def start_method(integrators: Iterable[Integrator]) -> str:
     """How worker processes of these integrators start (see `system.child_process`). Raises ValueError as `process_method` does."""
-    forked = [one for one in integrators if isinstance(reference(one), Integrator)]
-    return next(map(process_method, forked), "forkserver")
+    of_main = [integrator for integrator in integrators if isinstance(reference(integrator), Integrator)]
+    return next(map(process_method, of_main), "forkserver")
 
 
 def process_method(integrator: Integrator) -> str:
-    """How a process starts that may be a fork of this one; no fork can use JAX if this process has begun to.
+    """How a process for an integrator starts: "fork", or "forkserver" if JAX has computed here, as no fork can use JAX then.
 
-    Raises ValueError if it must be a fork nevertheless, as MAIN defines the integrator.
+    Raises ValueError if JAX has computed and MAIN defines the integrator, which only a fork has.
     """
     if not getattr(sys.modules.get("jax._src.xla_bridge"), "backends_are_initialized", lambda: False)():
         return "fork"
     if isinstance(reference(integrator), Integrator):
         raise ValueError(
-            f"{integrator.id}: JAX has computed in this process, of which no copy can use it then; define the method in a"
-            " module of its own, or start again and compute nothing before"
+            f"{integrator.id}: JAX has computed in this process, so a fork of the process cannot use JAX; define the"
+            " method in a module of its own, or start again and do not compute before"
         )
     return "forkserver"
 
 
 def require_rebuilt(integrator: Integrator) -> None:
-    """Raise ValueError, which names the integrator, if a worker process would make another object from its pickle."""
-    given = reference(integrator)
-    if isinstance(given, Integrator):
+    """Raise ValueError if the pickle of an integrator gives a worker process another object than this one."""
+    pickled = reference(integrator)
+    if isinstance(pickled, Integrator):
         return
     try:
-        again = pickle.loads(given)
-        wrong = None if type(again) is type(integrator) else f"it becomes a {type(again).__qualname__}"
+        copy = pickle.loads(pickled)
+        why = None if type(copy) is type(integrator) else f"it becomes a {type(copy).__qualname__}"
     except BaseException as error:  # a user's own class may raise anything
-        wrong = f"{type(error).__name__}: {str(error)[:TEXT]}"
-    if wrong is None:
-        here, there = vars(integrator), vars(again)
-        lost = [name for name in here.keys() & there.keys() if not _is_same(here[name], there[name])]
-        wrong = f"its {min(lost)} becomes another" if lost else None
-    if wrong is not None:
-        raise ValueError(_explain_refusal(integrator, wrong))
+        why = f"{type(error).__name__}: {str(error)[:TEXT]}"
+    if why is None:
+        here, there = vars(integrator), vars(copy)
+        changed = [name for name in here.keys() & there.keys() if not _is_same(here[name], there[name])]
+        why = f"its {min(changed)} becomes another" if changed else None
+    if why is not None:
+        raise ValueError(_explain_refusal(integrator, why))
 
 
 def _is_same(first: Any, second: Any) -> bool:
+    """Whether two values are equal or have equal pickles; also for values that cannot be compared."""
     with suppress(Exception):  # arrays are compared element by element
         if first == second:
             return True
@@ -165,7 +167,7 @@ def _is_same(first: Any, second: Any) -> bool:
 
 
 def _settle(value: Any) -> bytes:
-    """A pickle of a value after one more way through a pickle, so that shared objects in it do not change the bytes."""
+    """The pickle of an unpickled copy of a value: a copy may share other equal parts, which changes the first pickle."""
     return pickle.dumps(pickle.loads(pickle.dumps(value, _PROTOCOL)), _PROTOCOL)
 
 
@@ -173,5 +175,5 @@ def _explain_refusal(integrator: Integrator, why: str) -> str:
     kind = type(integrator)
     return (
         f"{integrator.id}: a worker process cannot make this {kind.__module__}:{kind.__qualname__} again ({why}); define"
-        " its class at the top level of a module, and let it hold objects that can be pickled, or be held by a variable there"
+        " its class at the top level of a module, and keep only picklable objects in it or assign it to a variable there"
     )

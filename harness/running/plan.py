@@ -312,15 +312,16 @@ class Series:
         return find_accepted_form(self.case, self.integrator.accepts, self.formulation)
 
     def trials(self, problem: Problem, machine: str | None = None, settings: Chosen | None = None) -> tuple[Trial, ...]:
-        """The trials of the sweep, or of chosen `settings`, on `problem`; one without a setting if the pair is left out.
+        """The trials on `problem` at the settings of the sweep, or at chosen `settings`.
 
-        Their keys belong to a `machine` (see `environment.machine`), by default to this one.
+        A pair that is left out has one trial, without a setting. The keys of trials belong to a `machine`, by default to
+        this one (see `environment.machine`).
         """
         base = [*self._key_parts(problem), machine or environment.machine()]
         if self.left_out is not None:
             return (Trial(sources.digest([*base, *self.left_out]), None),)
-        found = sweep_settings(self.integrator, self.case, problem, settings)
-        return tuple(Trial(sources.digest([*base, value.hex()]), value) for value in found)
+        values = sweep_settings(self.integrator, self.case, problem, settings)
+        return tuple(Trial(sources.digest([*base, value.hex()]), value) for value in values)
 
     def _key_parts(self, problem: Problem) -> list[str]:
         numbers = {name: str(value) for name, value in self.case.numbers.items()} | {"span": str(self.case.span)}
@@ -378,14 +379,14 @@ class Series:
 @cache
 def library_versions(integrator: Integrator) -> dict[str, str]:
     """The versions that a result of this integrator depends on: Python calls all integrators, the COMPILERS compile some."""
-    found = {"python": platform.python_version(), "numpy": environment.library_version("numpy") or ""}
+    versions = {"python": platform.python_version(), "numpy": environment.library_version("numpy") or ""}
     if imports(type(integrator).__module__, COMPILING, within=INTEGRATORS):
-        found |= {name: environment.library_version(name) or "" for name in COMPILERS}
+        versions |= {name: environment.library_version(name) or "" for name in COMPILERS}
     try:
-        found |= {name: str(value) for name, value in integrator.versions().items()}
+        versions |= {name: str(value) for name, value in integrator.versions().items()}
     except ImportError:
-        found |= {integrator.library: "missing"}
-    return found
+        versions |= {integrator.library: "missing"}
+    return versions
 
 
 def pairs(
@@ -395,12 +396,12 @@ def pairs(
     near_duplicates: bool = True,
     even: Container[str] = (),
 ) -> list[Series]:
-    """Every case, given with a label for its variant, in every formulation with every integrator.
+    """The series of every (case, label of its series), in every formulation with every integrator.
 
-    Pairs that cannot run are in the list too, with the reason; if `near_duplicates` is False, so are hard variants with
-    a near-duplicate method, but for those with an id in `even`.
+    A pair that cannot run has a series too, with the reason. If `near_duplicates` is False, a near-duplicate method on a
+    hard variant is left out, unless `even` holds its id.
     """
-    found = []
+    series = []
     absent = {integrator: lookup.missing(integrator) for integrator in integrators}
     for case, label in chosen:
         others = case.formulations if formulations and not label.startswith(TIMING_SPAN) else ()
@@ -411,13 +412,13 @@ def pairs(
                 if formulation is not None and form is None:
                     continue  # the case's own formulation has the row for this pair
                 left_out = _find_left_out(case, integrator, form, absent[integrator])
-                one = Series(case, formulation, integrator, left_out, label)
-                repeated = case.variant is not None or one.over_timing_span
+                pair = Series(case, formulation, integrator, left_out, label)
+                repeated = case.variant is not None or pair.over_timing_span
                 wanted = near_duplicates or integrator.primary or integrator.id in even
                 if left_out is None and repeated and not wanted:
-                    one = replace(one, left_out=NEAR_DUPLICATE)
-                found.append(one)
-    return found
+                    pair = replace(pair, left_out=NEAR_DUPLICATE)
+                series.append(pair)
+    return series
 
 
 def lengthen(case: Case, factor: int) -> tuple[Case, str]:
@@ -432,6 +433,7 @@ def with_timing_spans(chosen: Sequence[tuple[Case, str]], suite: Suite) -> list[
 
 
 def _find_left_out(case: Case, integrator: Integrator, form: Any, absent: str | None) -> tuple[Status, str] | None:
+    """(status, reason) of a pair that cannot run, else None; `absent` is the reason if the library is missing."""
     if form is None:
         return Status.UNSUPPORTED, case.explain_form(" or ".join(kind.__name__ for kind in integrator.accepts))
     if absent is not None:
@@ -448,8 +450,8 @@ def _find_left_out(case: Case, integrator: Integrator, form: Any, absent: str | 
 def launches(series: Series, suite: Suite, near_duplicates: bool = True) -> int:
     """The number of launches of a series in a suite.
 
-    It is one for hard variants, and for near-duplicate methods that are not named. A case has as many over its timing span
-    as over its own, so that the time of one more period is the difference of two times of a launch.
+    It is one for hard variants, and for near-duplicate methods that are not named. A case is launched equally often over
+    its timing span and over its own, so that each launch gives a difference of times: the time of one more period.
     """
     often = series.case.variant is None and (near_duplicates or series.integrator.primary)
     return suite.of(series.case).timing.launches if often else 1
@@ -468,4 +470,5 @@ def wants_first_use(series: Series, suite: Suite, launch: int) -> bool:
 
 @cache
 def _first_case(integrator: Integrator) -> str | None:
+    """The first foundation case with a form that the integrator accepts."""
     return next((name for name in FOUNDATION if takes(integrator, cases.get(name))), None)

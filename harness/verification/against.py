@@ -34,13 +34,13 @@ from gnomon.harness.verification.program_process import ProgramProcess
 CLAIM = 1.2
 """A version is slower, or faster, if the ratio of the times exceeds this factor in every launch."""
 LEAST_SHARE = 0.1
-"""Least value of a time without its null call, as a share of the whole time: a smaller value is measurement noise."""
+"""Least share of the whole time that remains without the null call: a smaller share is measurement noise."""
 LAUNCHES = 5
 """The range of 5 ratios contains their true median with a probability of 1 - 2^(1 - 5) = 94 %."""
 ROUNDS = 4
 """Number of times that A B B A is timed in a launch."""
 BLOCK_SECONDS, LONGEST = 0.02, 0.05
-"""Seconds of repeated calls in one turn; longest call, in seconds, at the setting that is timed."""
+"""Seconds of repeated calls in one turn; longest duration of a call, in seconds, at the setting that is timed."""
 MOST_NULL = 0.5
 """Largest share of the null call in a time. It is subtracted, and its noise of 10 % would distort larger shares."""
 ANSWER_SECONDS = 600.0
@@ -78,26 +78,28 @@ def _start(named: str, paths: Sequence[str]) -> ProgramProcess:
 
 
 def _ask(side: ProgramProcess, other: Other, **request: Any) -> dict[str, Any]:
+    """The answer of a process to a request. Raises ValueError without an answer, or without the integrator."""
     try:
-        found: dict[str, Any] = json.loads(side.ask(json.dumps(request), ANSWER_SECONDS))
+        answer: dict[str, Any] = json.loads(side.ask(json.dumps(request), ANSWER_SECONDS))
     except (Unusable, TimeoutError) as error:
         raise ValueError(f"--against {other.label}: a process that is timed gave no answer: {error}") from None
-    if "unknown" in found:
-        raise ValueError(f"--against {other.label}: {found['unknown']}; both versions must have the integrator")
-    return found
+    if "unknown" in answer:
+        raise ValueError(f"--against {other.label}: {answer['unknown']}; both versions must have the integrator")
+    return answer
 
 
 def _launch(sides: Sequence[ProgramProcess], other: Other, **request: Any) -> dict[str, Any]:
-    """The seconds of both sides and of their null calls, the least over all turns, and errors; or why there are none.
+    """Time both sides in turn, A B B A: `seconds` of a call, of its `null` call, and `error`, each (present, other).
 
-    Other processes only add to a time, so the least one is the best estimate.
+    Each time is the least over all turns, because other processes can only add to it. If a side has no time, the only
+    entry is the reason, `declined`.
     """
     turns: tuple[list[dict[str, Any]], list[dict[str, Any]]] = ([], [])
     for side in islice(cycle((0, 1, 1, 0)), 4 * ROUNDS):
-        found = _ask(sides[side], other, **request)
-        if "declined" in found:
-            return {"declined": f"{('the present version', other.label)[side]}: {found['declined']}"}
-        turns[side].append(found)
+        times = _ask(sides[side], other, **request)
+        if "declined" in times:
+            return {"declined": f"{('the present version', other.label)[side]}: {times['declined']}"}
+        turns[side].append(times)
     least = {name: [min(each[name] for each in own) for own in turns] for name in ("seconds", "null")}
     return least | {"error": [own[0]["error"] for own in turns], "named": turns[0][0]["named"]}
 
@@ -155,14 +157,14 @@ def serve(named: str) -> None:
             integrator = lookup.find_one(named)
             stage = "declined"
             if "package" in request:
-                found = _describe_imported(request["package"], request["modules"])
+                answer = _describe_imported(request["package"], request["modules"])
             else:
-                case = request["case"]
-                series[case] = series.get(case) or _Series(integrator, case, request["depth"])
-                found = series[case].timed(request.get("setting"))
+                case, setting = request["case"], request.get("setting")
+                one = series[case] = series.get(case) or _Series(integrator, case, request["depth"])
+                answer = {"setting": one.find_setting()} if setting is None else one.time_calls(setting)
         except Exception as error:  # the user's code may raise anything: it is shown
-            found = {stage: f"{type(error).__name__}: {error}"}
-        answers.write(json.dumps(found) + "\n")
+            answer = {stage: f"{type(error).__name__}: {error}"}
+        answers.write(json.dumps(answer) + "\n")
 
 
 def _describe_imported(package: str, modules: Sequence[str]) -> dict[str, Any]:
@@ -173,7 +175,7 @@ def _describe_imported(package: str, modules: Sequence[str]) -> dict[str, Any]:
 
 
 class _Series:
-    """One integrator on one case, with a solver for each requested setting."""
+    """One integrator on one case, with a solver for each setting that was used so far."""
 
     def __init__(self, integrator: Integrator, name: str, depth: str) -> None:
         ((case, _),) = selection.choose([name], variants=False)
@@ -182,38 +184,37 @@ class _Series:
         self.starts = cycle([self.trials.start, *near])
         self.solvers: dict[float, tuple[Prepared, float]] = {}
 
-    def timed(self, setting: float | None) -> dict[str, Any]:
-        """The least seconds of a call at a setting, its null call and error; for None, the setting to compare at."""
-        if setting is None:
-            return {"setting": self._longest()}
-        solver, error = self._prepared(setting)
+    def find_setting(self) -> float:
+        """The setting to compare at: the finest one, from the usual one on, whose call takes at most LONGEST seconds."""
+        finest = self.trials.usual()
+        for setting in self.trials.settings[self.trials.settings.index(finest) + 1 :]:
+            solver, _ = self._prepare(setting)
+            if min(self._time_call(solver), self._time_call(solver)) > LONGEST:
+                break
+            finest = setting
+        return finest
+
+    def time_calls(self, setting: float) -> dict[str, Any]:
+        """Time calls for BLOCK_SECONDS: the least `seconds` of a call, of its `null` call, its `error`, the setting's name."""
+        solver, error = self._prepare(setting)
         seconds: list[float] = []
-        ends = perf_counter() + BLOCK_SECONDS
-        while not seconds or perf_counter() < ends:
-            seconds.append(self._seconds(solver))
+        end = perf_counter() + BLOCK_SECONDS
+        while not seconds or perf_counter() < end:
+            seconds.append(self._time_call(solver))
         null, _ = null_call(self.trials.integrator, self.trials.problem, setting, self.starts)
         return {"seconds": min(seconds), "null": null or 0.0, "error": error, "named": self.trials.named(setting)}
 
-    def _longest(self) -> float:
-        """The finest setting whose call takes at most LONGEST seconds, starting from the usual setting."""
-        found = self.trials.usual()
-        for setting in self.trials.settings[self.trials.settings.index(found) + 1 :]:
-            solver, _ = self._prepared(setting)
-            if min(self._seconds(solver), self._seconds(solver)) > LONGEST:
-                break
-            found = setting
-        return found
-
-    def _prepared(self, setting: float) -> tuple[Prepared, float]:
-        """The solver at a setting, after its first call, and its error."""
+    def _prepare(self, setting: float) -> tuple[Prepared, float]:
+        """The solver at a setting, after its first call, and the error of its solution."""
         if setting not in self.solvers:
             answer = self.trials.whole(setting)
             if answer.declined:
                 raise Refused(answer.why)
             solver = self.trials.prepared(self.trials.problem(), setting)
-            self._seconds(solver)
+            self._time_call(solver)
             self.solvers[setting] = solver, answer.error
         return self.solvers[setting]
 
-    def _seconds(self, solver: Prepared) -> float:
+    def _time_call(self, solver: Prepared) -> float:
+        """The seconds of one call from the next start."""
         return solver.timed(next(self.starts), keep=False).seconds
