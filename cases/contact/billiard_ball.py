@@ -13,9 +13,10 @@ def slip_velocity(state: Values, radius: Any) -> Values:
 
 
 def ball_sliding(t: Any, state: Values, parameters: Values) -> Values:
-    """v' = -mu g s/|s|, s the slip. (ax, ay) is the axis nearest to s: s/(s.a) is the same vector until s = 0 and beyond.
+    """v' = -mu g s/|s| with the slip s, as -mu g c/|c| with c = s/(s.a), where a = (ax, ay) is the axis nearest to s.
 
-    So the force does not change its direction if a trial step of an integrator passes the end of sliding.
+    c keeps its direction when s passes zero. So the force keeps its direction too if a trial step of an integrator passes
+    the end of sliding.
     """
     radius, mu, g, ax, ay = parameters
     sx, sy = slip_velocity(state, radius)
@@ -139,7 +140,7 @@ class BilliardBallCase(Case):
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:
-        """Uniform deceleration against the initial slip without end: like a throw, with axes along and across the slip."""
+        """The deceleration against the initial slip never ends: a throw, with axes across and along this slip."""
         sx, sy = map(float, self.exact_motion.slip)
         size = hypot(sx, sy)
         if not size:
@@ -153,13 +154,14 @@ class BilliardBallCase(Case):
             g=self.mu * self.g,
         )
 
-        def spun(states: Floats) -> Floats:
-            place, velocity = states[:, :2] @ turn, states[:, 2:] @ turn
-            gained = 5 / (2 * radius) * (velocity - start[2:4])
-            rates = np.stack([start[4] + gained[:, 1], start[5] - gained[:, 0], 0 * gained[:, 0] + start[6]], axis=1)
-            return np.concatenate([place, velocity, rates], axis=1)
+        def add_spin(states: Floats) -> Floats:
+            """States (n, 7) of the ball from states (n, 4) of the throw: friction changes spin and velocity together."""
+            position, velocity = states[:, :2] @ turn, states[:, 2:] @ turn
+            change = 5 / (2 * radius) * (velocity - start[2:4])
+            spin = np.stack([start[4] + change[:, 1], start[5] - change[:, 0], 0 * change[:, 0] + start[6]], axis=1)
+            return np.concatenate([position, velocity, spin], axis=1)
 
-        return (Level(thrown, spun, "sliding only, in the initial direction of the slip"),)
+        return (Level(thrown, add_spin, "sliding only, in the initial direction of the slip"),)
 
     def list_events(self, digits: int) -> tuple[Event, ...]:
         """The end of sliding."""

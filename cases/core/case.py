@@ -236,14 +236,14 @@ class Case(Declared):
     """The rotational symmetry of the case, if it has one: errors are then medians over turned starts."""
     autonomous: ClassVar[bool] = True
     mirror: ClassVar[tuple[str, ...]] = ()
-    """Coordinates and parameters: with other signs of all these the motion has other signs of these; () if there are none."""
+    """Coordinates and parameters: if all of them change sign, these coordinates of the motion do too; () if there are none."""
     alike: ClassVar[tuple[tuple[str, ...], ...]] = ()
-    """Names of the coordinates and parameters of each of several like bodies or axes, in one sequence. If each takes the
-    numbers of the next one, and the last one the numbers of the first, so does the motion; () if none are alike."""
+    """For each of several like bodies or axes, the names of its coordinates and parameters. If each body takes the numbers
+    of the next body, and the last body the numbers of the first, then each takes the motion of the next; () without any."""
     default_horizon: ClassVar[Number | None] = None
     """For a chaotic motion, the time (s) at which the conditioning of the default reaches 1."""
     certified_digits: ClassVar[int] = 45
-    """Digits to which its certificate must confirm the motion: 45 for a closed form, 30 for an integration."""
+    """Digits of the motion that its certificate must confirm: 45 of a closed form, 30 of a motion by integration."""
 
     exact_motion: Motion
     """The exact motion, which a case declares by `bind`."""
@@ -322,7 +322,7 @@ class Case(Declared):
 
     @property
     def fastest_time(self) -> float:
-        """The shortest time in the equations (s), modes included that decay at once."""
+        """The shortest time in the equations (s), also of modes that decay at once."""
         return self.time_scale
 
     @property
@@ -356,9 +356,10 @@ class Case(Declared):
 
     @property
     def quantity_names(self) -> tuple[str, ...]:
-        """Derived quantities that are methods of the exact motion, which take the digits, or exact numbers in it.
+        """Derived quantities that attributes of the exact motion have: numbers, or methods of the number of digits.
 
-        "period"; "rise=swing.height" with the name of the quantity first; "least largest=turning_points" for several.
+        "period" is a quantity and its attribute. "rise=swing.height" gives the attribute `swing.height` the name "rise".
+        "least largest=turning_points" names both numbers of the attribute `turning_points`, which is a tuple.
         """
         return ()
 
@@ -370,16 +371,19 @@ class Case(Declared):
         return {}
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """Derived quantities by name, SI units, to `digits` significant digits: period, stop time and others."""
-        found: dict[str, Any] = {}
+        """Derived quantities by name, SI units, to `digits` significant digits: period, stop time and others.
+
+        They are the `quantity_names` and `derived`, without quantities that this motion does not have.
+        """
+        quantities: dict[str, Any] = {}
         for entry in self.quantity_names:
-            names, _, source = entry.partition("=")
-            value = attrgetter(source or names)(self.exact_motion)
+            names, _, attribute = entry.partition("=")
+            value = attrgetter(attribute or names)(self.exact_motion)
             value = value(digits) if callable(value) else value
             if value is not None:
-                found |= zip(names.split(), value if isinstance(value, tuple) else (value,), strict=True)
-        found |= self.derived(digits)
-        return {name: _rounded(value, digits) for name, value in found.items() if value is not None}
+                quantities |= zip(names.split(), value if isinstance(value, tuple) else (value,), strict=True)
+        quantities |= self.derived(digits)
+        return {name: _rounded(value, digits) for name, value in quantities.items() if value is not None}
 
     @property
     def reversal(self) -> tuple[str, ...] | None:

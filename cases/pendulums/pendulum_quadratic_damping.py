@@ -15,11 +15,13 @@ def dragged_swing(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def swing_rate(t: Any, state: Values, parameters: Values) -> Values:
+    """v, which is zero at a turning point: an event."""
     _theta, v = state
     return (v,)
 
 
 def at_rest(t: Any, state: Values, parameters: Values) -> Values:
+    """The state after a turning point, with v exactly 0."""
     theta, _v = state
     return theta, 0
 
@@ -32,6 +34,7 @@ def dragged_energy(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def swing_mode(t: Any, state: Values, parameters: Values) -> str:
+    """The mode at the start: the sign of v or, from rest, of the acceleration."""
     theta, v = map(exact, state)
     forward = v > 0 if v else sin(theta) < 0
     return "forward" if forward else "backward"
@@ -66,7 +69,7 @@ def _not_too_slow(n: Mapping[str, Fraction]) -> bool:
 SLOWEST = Fraction(1, 10**50)
 """Fraction of sqrt(w2): binary64 does not resolve a slower start from rest, and its time integral needs many digits."""
 LEAST = Fraction(1, 10**15)
-"""Amplitude in rad: drag takes 8 c/3 of a swing's amplitude from it, below this less than binary64 resolves."""
+"""Least amplitude a (rad): drag reduces a by about (4/3) c a^2 in a half swing, which is below an ulp for smaller a."""
 
 
 MOST_RESTS = 500
@@ -134,7 +137,7 @@ class PendulumQuadraticDamping(Case):
         return 1 / max(sqrt(float(self.w2)), abs(float(self.v)))
 
     def natural_span(self) -> Number:
-        """Until the pendulum has come to rest ten times, and 0.37 of a small half swing more."""
+        """Until the pendulum has come to rest `periods` times, ten by default, and 0.37 of a small half swing more."""
         half = pi / sqrt(float(self.w2))
         return float(self.exact_motion.turning_point(int(self.periods))[0]) + 0.37 * half
 

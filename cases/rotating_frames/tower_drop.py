@@ -32,8 +32,8 @@ def tower_equations(t: Any, state: Values, parameters: Values) -> Values:
     return vx, vy, vz, ax + vy * wz - vz * wy, ay - vx * wz, az + vx * wy
 
 
-def at_rest(state: Values, parameters: Values) -> Values:
-    """Position from the centre and velocity in the inertial frame, along the present axes."""
+def to_inertial_frame(state: Values, parameters: Values) -> Values:
+    """Position from the planet's centre and velocity relative to the fixed stars, along the present x, y and z."""
     x, y, z, vx, vy, vz = state
     _g, radius, rate, lat = parameters
     oy, oz = rate * cos(lat), rate * sin(lat)
@@ -43,21 +43,21 @@ def at_rest(state: Values, parameters: Values) -> Values:
 
 def orbit_energy(t: Any, state: Values, parameters: Values) -> Values:
     """Energy in the inertial frame, per unit mass."""
-    x, y, up, vx, vy, vz = at_rest(state, parameters)
+    x, y, up, vx, vy, vz = to_inertial_frame(state, parameters)
     g, radius, _rate, _lat = parameters
     return ((vx * vx + vy * vy + vz * vz) / 2 - g * radius * radius / sqrt(x * x + y * y + up * up),)
 
 
 def orbit_momentum(t: Any, state: Values, parameters: Values) -> Values:
-    """Square of the moment of momentum about the centre in the inertial frame, per unit mass."""
-    x, y, up, vx, vy, vz = at_rest(state, parameters)
+    """Square of the angular momentum per unit mass about the centre, in the inertial frame."""
+    x, y, up, vx, vy, vz = to_inertial_frame(state, parameters)
     east, north, upward = y * vz - up * vy, up * vx - x * vz, x * vy - y * vx
     return (east * east + north * north + upward * upward,)
 
 
 def orbit_axial_momentum(t: Any, state: Values, parameters: Values) -> Values:
-    """Its component along the planet's axis."""
-    x, y, up, vx, vy, vz = at_rest(state, parameters)
+    """Angular momentum per unit mass about the planet's axis, in the inertial frame."""
+    x, y, up, vx, vy, vz = to_inertial_frame(state, parameters)
     lat = parameters[3]
     return (cos(lat) * (up * vx - x * vz) + sin(lat) * (x * vy - y * vx),)
 
@@ -112,13 +112,13 @@ class TowerFall(Case):
 
     @property
     def time_scale(self) -> float:
-        """The time of the fall or of the throw, at most a radian of the orbit."""
+        """The time of the fall or of the throw, at most the time of a radian of the orbit or of the rotation."""
         g, radius, rate, _lat = map(float, self.parameter_values())
         z, speed = abs(float(self.z)), hypot(*map(float, self.initial_state[3:]))
         return min(max(sqrt(2 * z / g), speed / g) or 1.0, sqrt(radius / g), 1 / abs(rate or 1e-300))
 
     def derived(self, digits: int) -> dict[str, Any]:
-        """For a drop from rest: when and where it reaches z = 0."""
+        """For a drop from rest: the time and place at which it reaches z = 0."""
         g, radius, _rate, _lat = map(float, self.parameter_values())
         z = float(self.z)
         if any(self.initial_state[3:]) or not 0 < z < radius / 5:
@@ -128,7 +128,7 @@ class TowerFall(Case):
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:
-        """Levels below the centrifugal force use the apparent gravity without its small southward part."""
+        """Levels without the centrifugal force have the apparent gravity at the foot, without its small southward part."""
         g, radius, rate, lat = self.parameter_values()
         x, y, z, *thrown = self.initial_state
         weight = float(g) - float(rate) ** 2 * float(radius) * cos(float(lat)) ** 2

@@ -27,10 +27,10 @@ WIDE = 1e-6
 
 
 class Swing(NamedTuple):
-    """A swing in u from `begin`, where it rests except at the start of the motion, to its rest at `end`.
+    """A swing from u = `begin`, where only the first swing may have a speed, to the turning point u = `end`.
 
-    It lasts from `since` to `until`. `out` is the track from the rest at `begin` to the middle (None without that
-    rest), `back` the track from the end backwards.
+    `side`: theta = side u. `since`, `until`: its times (s). `out`: the track from rest at `begin` to the middle; None for a
+    swing that begins with a speed. `back`: the track from `end` backwards, to the middle or to `begin`.
     """
 
     side: int
@@ -62,7 +62,7 @@ class DampedPendulum(BallMotion):
     def turns(self) -> int:
         """Number of turns over the top before it swings; negative if theta falls."""
         side, start = (1 if self.forward else -1), self.theta if self.forward else -self.theta
-        return side * (self._first_bottom() - floor_of(lambda: ball(start) / (2 * flint.arb.pi()) + flint.arb(0.5)))
+        return side * (self._last_bottom() - floor_of(lambda: ball(start) / (2 * flint.arb.pi()) + flint.arb(0.5)))
 
     def _balls(self, t: Fraction) -> Sequence[Any]:
         if t == 0:
@@ -70,10 +70,10 @@ class DampedPendulum(BallMotion):
         swing = swing_sequence(self, flint.ctx.prec).at(t)
         since, left = ball(t) - swing.since, swing.until - ball(t)
         if swing.out is not None and since.mid() < swing.out.duration.mid():
-            way, quotient = swing.out.arrival(since), self._begins(swing.begin)
+            way, quotient = swing.out.arrival(since), self._quotient_after(swing.begin)
             u = swing.begin + way * way
         else:
-            way, quotient = swing.back.arrival(left), self._ends(swing.end)
+            way, quotient = swing.back.arrival(left), self._quotient_before(swing.end)
             u = swing.end - way * way
         speed = abs(way) * quotient(flint.acb(way * way)).real.sqrt()
         return [swing.side * u, swing.side * speed]
@@ -89,16 +89,17 @@ class DampedPendulum(BallMotion):
             self._derived(digits, lambda: swing().side * swing().end),
         )
 
-    def _size(self) -> Any:
-        """A."""
+    def _coefficient(self) -> Any:
+        """The coefficient A = 2 w2/(1 + 4 c^2) of the first integral p."""
         return ball(2 * self.w2 / (1 + 4 * self.c**2))
 
     def _shape(self, u: Any) -> Any:
+        """cos u - 2 c sin u: the factor of A in p."""
         sine, cosine = u.sin_cos()
         return cosine - 2 * ball(self.c) * sine
 
-    def _first_bottom(self) -> int:
-        """j of the last bottom u = 2 pi j that the first swing reaches: p is positive at all tops before."""
+    def _last_bottom(self) -> int:
+        """j of the last bottom u = 2 pi j that the first swing passes: p is positive at all tops before this bottom."""
         start = self.theta if self.forward else -self.theta
         top = -floor_of(lambda: flint.arb(0.5) - ball(start) / (2 * flint.arb.pi()))
         # the first top after the start is (2 top + 1) pi
@@ -112,18 +113,18 @@ class DampedPendulum(BallMotion):
 
         def left() -> Any:
             rise = (2 * ball(self.c) * ((2 * top + 1) * flint.arb.pi() - ball(start))).exp()
-            return ball(self.v**2) - self._size() * (self._shape(ball(start)) + rise)
+            return ball(self.v**2) - self._coefficient() * (self._shape(ball(start)) + rise)
 
         return sign(left) > 0
 
-    def _begins(self, begin: Any) -> Any:
-        """p(begin + delta)/delta where p(begin) = 0."""
-        inner = self._ends(begin)
+    def _quotient_after(self, begin: Any) -> Any:
+        """The function delta -> p(begin + delta)/delta, for a zero `begin` of p at which p begins to grow."""
+        inner = self._quotient_before(begin)
         return lambda delta: -inner(-delta)
 
-    def _ends(self, end: Any) -> Any:
-        """p(end - delta)/delta where p(end) = 0, without cancellation."""
-        size, (sine, cosine), c = self._size(), end.sin_cos(), ball(self.c)
+    def _quotient_before(self, end: Any) -> Any:
+        """The function delta -> p(end - delta)/delta, for a zero `end` of p: the zero cancels in the formula."""
+        size, (sine, cosine), c = self._coefficient(), end.sin_cos(), ball(self.c)
 
         def plain(delta: Any) -> Any:
             half = delta / 2
@@ -133,7 +134,7 @@ class DampedPendulum(BallMotion):
             return size * (cosine * (2 * c * straight - both) + sine * (straight + 2 * c * both))
 
         def quotient(delta: Any) -> Any:
-            """On wide balls by the mean value theorem: next to the top the terms of p cancel, but not their radii."""
+            """The quotient, on wide balls by the mean value theorem: near a top the terms cancel, their radii add up."""
             found = plain(delta)
             if delta.rad() < WIDE or delta.contains(0):
                 return found
@@ -171,36 +172,37 @@ class SwingSequence:
         if not self.swings:
             side = 1 if motion.forward else -1
             begin, since, speed = side * ball(motion.theta), flint.arb(0), ball(motion.v**2)
-            self.bottom = motion._first_bottom()
+            self.bottom = motion._last_bottom()
         else:
             last = self.swings[-1]
             side, begin, since, speed = -last.side, -last.end, last.until, flint.arb(0)
             self.bottom = -self.bottom
-        end = self._rest(begin, speed, self.bottom)
+        end = self._find_rest(begin, speed, self.bottom)
         way, longest = end - begin, LONGEST / float(motion.w2) ** 0.5
         if speed.is_zero():
             middle = (way / 2).sqrt()
-            out = Track(pace_from_rest(motion._begins(begin)), middle, longest)
-            back = Track(pace_from_rest(motion._ends(end)), middle, longest)
+            out = Track(pace_from_rest(motion._quotient_after(begin)), middle, longest)
+            back = Track(pace_from_rest(motion._quotient_before(end)), middle, longest)
             return Swing(side, begin, end, since, since + out.duration + back.duration, out, back)
-        back = Track(pace_from_rest(motion._ends(end)), way.sqrt(), longest)
+        back = Track(pace_from_rest(motion._quotient_before(end)), way.sqrt(), longest)
         return Swing(side, begin, end, since, since + back.duration, None, back)
 
-    def _rest(self, begin: Any, speed: Any, bottom: int) -> Any:
-        """The zero of p between the bottom and the top after it, for every beginning within its ball.
+    def _find_rest(self, begin: Any, speed: Any, bottom: int) -> Any:
+        """A ball with the zeros of p between the bottom 2 pi `bottom` and the next top, for all points of the ball `begin`.
 
-        Its derivative by `begin`, e^(-2 c (end - begin)) sin(begin)/sin(end), is below 1: balls do not grow.
+        The derivative of a zero `end` by `begin`, e^(-2 c (end - begin)) sin(begin)/sin(end), is below 1, so the radii of
+        balls do not grow from swing to swing.
         """
-        end = self._rest_after(begin.mid(), speed, bottom)
+        end = self._find_rest_from(begin.mid(), speed, bottom)
         spread = flint.arb(0, begin.rad().upper())
         wide = end + 4 * spread
         share = (-2 * ball(self.motion.c) * (wide - begin)).exp() * abs(begin.sin()) / abs(wide.sin())
         return end + share * spread
 
-    def _rest_after(self, begin: Any, speed: Any, bottom: int) -> Any:
-        """The same from a ball without radius: bisection, Newton's method, one interval step."""
+    def _find_rest_from(self, begin: Any, speed: Any, bottom: int) -> Any:
+        """The zero as `_find_rest`, from an exact `begin`: bisection, Newton's method, one step of interval Newton."""
         motion = self.motion
-        size, c = motion._size(), ball(motion.c)
+        size, c = motion._coefficient(), ball(motion.c)
         share = speed - size * motion._shape(begin)
 
         def left(u: Any) -> Any:
