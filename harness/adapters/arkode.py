@@ -68,7 +68,7 @@ class Arkode(Native):
     def connect(self, session: Session, problem: Problem) -> tuple[dict[str, Any], Motion]:
         equations = *self.right_sides(session.functions["slope"]), problem.t0, session.y
         session.user[EQUATIONS] = right_hand_side(problem).address
-        session.begin(*equations)
+        session.create_memory(*equations)
         session.set("SetErrFile", None)
         session.set("SetOrder", self.order)
         arguments = session.y, ctypes.addressof(session.reached), NORMAL
@@ -109,9 +109,13 @@ class Dirk4(Arkode):
         return None, slope
 
     def connect(self, session: Session, problem: Problem) -> tuple[dict[str, Any], Motion]:
-        dense = session.dense()
+        dense = session.create_dense()
         options, motion = super().connect(session, problem)
-        options |= {"jac": session.newton(dense, problem, "partial"), "interpolant": "Lagrange", "lsetup_frequency": 1}
+        options |= {
+            "jac": session.use_newton(dense, problem, "partial"),
+            "interpolant": "Lagrange",
+            "lsetup_frequency": 1,
+        }
         session.set("SetInterpolantType", LAGRANGE)
         session.set("SetLSetupFrequency", 1)
         return options, motion

@@ -9,8 +9,8 @@ How it is driven, and why:
 - Adams iterates by the fixed point, BDF and IDA by Newton's method with a dense matrix, as the manual of SUNDIALS
   recommends for problems that are not stiff and for stiff ones. If equations cannot be traced, SUNDIALS computes the
   Jacobian by differences.
-- Samples in the mode `CV_NORMAL`: steps go past a sample, which the polynomial of the step gives, with its order; but
-  not past the last one, the stop time.
+- Samples are taken in the mode `CV_NORMAL`: a step may go past a sample, where the polynomial of the step gives the
+  state with the order of the step. No step goes past the last sample, which is the stop time.
 - The setting is `rtol`; `atol` = .1 `rtol`, the ratio of the binding's defaults, in SI units; SUNDIALS has no defaults.
 - IDA solves F(t, y, y') = 0, here y' - f(t, y) with the Jacobian c - df/dy and the slope at the start.
 - A derivative that is not finite is returned as an error from which SUNDIALS recovers by a shorter step.
@@ -21,8 +21,8 @@ Compiled functions read addresses in `N_Vector` and `SUNMatrix` as the macros of
 Before the first call both places are compared with the library's answers, and only the VERSIONS that were tried are
 driven.
 
-Traps: towards a singularity it takes ever smaller steps. A motion ends where CHUNK of them advance by less than the spacing of
-times, and at the limit.
+Traps: towards a singularity SUNDIALS takes ever smaller steps. A motion ends if CHUNK steps advance by less than CHUNK
+times the spacing of floating-point times, or at the limit of steps.
 """
 
 import ctypes
@@ -49,7 +49,7 @@ from gnomon.harness.kernels.equations import right_hand_side
 from gnomon.harness.kernels.straight_line import derivatives_if_traced
 
 CHUNK, EPSILON = 10_000, 2.0**-52
-"""After how many steps the advance is compared with the spacing of times."""
+"""CHUNK: the number of steps after which their advance is compared with EPSILON, the relative spacing of times."""
 VERSIONS = ("7.5.0", "7.9.0")
 """The versions of SUNDIALS whose C interface was tried."""
 CHUNKS = STEPS // CHUNK
@@ -72,9 +72,9 @@ SIGNATURES = {
 }  # fmt: skip
 """The types of the C functions that are called: of the result, then of the arguments."""
 TOO_MUCH_WORK = -1
-"""What a solver returns after CHUNK steps that do not reach a sample."""
+"""The return code of a solver after CHUNK steps that did not reach a sample."""
 NORMAL = 1
-"""The mode of calls: steps up to a time or past it, and the state at this time."""
+"""The mode of calls that step up to a time or past it and return the state at this time."""
 TYPES = {"i": ctypes.c_int, "l": ctypes.c_long, "d": ctypes.c_double, "p": ctypes.c_void_p, "v": None}
 
 EQUATIONS, JACOBIAN, PARAMETERS, DIMENSION = range(4)
@@ -153,9 +153,11 @@ def bad(out: Any) -> int:
 def follow(
     function: int, stop: int, memory: int, rest: Any, reached: Floats, times: Floats, state: Floats, samples: Floats
 ) -> int:
-    """The loop over samples: the C function at an address is called for each time, and the state copied.
+    """Call the C `function` for each of `times` (n,), and copy `state` into `samples` (n, dim): 0, or its code if it fails.
 
-    `stop`: the address of the function that sets a stop time, if steps end at samples; else 0.
+    `function`, `stop`: addresses of the functions that take steps and that set a stop time; `stop` is 0 unless steps end at
+    samples. `memory`: the address of the solver's memory. `rest`: the other arguments of `function`, after the time.
+    `reached` (1,): the time at which the last call ended.
     """
     for k in range(times.size):
         if stop != 0:
@@ -190,7 +192,7 @@ class Parts(NamedTuple):
 
 
 Motion = tuple[Callable[[], None], tuple[int, ...]]
-"""A function that begins again from `state`, and the arguments, after the time, of the function that takes steps."""
+"""(restart, rest): a function that begins a solution from `Session.state`, and the argument `rest` of `follow`."""
 
 
 class Sundials(Installed):
@@ -224,7 +226,7 @@ class Native(Sundials):
         return Parts(*interface(self.solver), DATA)
 
     def size(self, problem: Problem) -> int:
-        """The number of variables, of which the first ones are the state."""
+        """The number of variables, which begin with the state."""
         return problem.dimension
 
     def tolerate(self, session: "Session", problem: Problem, rtol: float, atol: float) -> None:
@@ -233,7 +235,7 @@ class Native(Sundials):
 
     @abstractmethod
     def connect(self, session: "Session", problem: Problem) -> tuple[dict[str, Any], Motion]:
-        """Create the solver's memory and give it the equations; returns the options that differ from its defaults."""
+        """Create the solver's memory and give it the equations: (options that differ from its defaults, motion)."""
 
     def prepare(self, problem: Problem, setting: float) -> Solver:
         parts = self.library_parts()
@@ -268,7 +270,7 @@ class Native(Sundials):
             restart()
             session.set("SetStopTime", times[-1])
             code = run(*advance, advanced, times, state, samples)
-            return session.steps(), f"{session.named(code)} at t = {reached.value:g}" if code < 0 else None
+            return session.steps(), f"{session.name_code(code)} at t = {reached.value:g}" if code < 0 else None
 
         return Solver(each_start(problem, solve_one), options, close=session.close)
 
@@ -282,17 +284,21 @@ class Adams(Native):
     takes: ClassVar[tuple[str, ...]] = STEP_SIZES
 
     def connect(self, session: "Session", problem: Problem) -> tuple[dict[str, Any], Motion]:
-        fixed_point = session.created("SUNNonlinSol_FixedPoint", session.y, 0, free="SUNNonlinSolFree")
-        motion = self.begun(session, problem)
+        fixed_point = session.create("SUNNonlinSol_FixedPoint", session.y, 0, free="SUNNonlinSolFree")
+        motion = self.create_solver(session, problem)
         session.set("SetNonlinearSolver", fixed_point)
         return {"nonlinear_solver": "fixed point"}, motion
 
-    def begun(self, session: "Session", problem: Problem) -> Motion:
-        session.begin(self.method)
+    def create_solver(self, session: "Session", problem: Problem) -> Motion:
+        """Create CVODE's memory for `method`, and give it the compiled equations and the start."""
+        session.create_memory(self.method)
         session.user[EQUATIONS] = right_hand_side(problem).address
         session.set("Init", session.functions["slope"], problem.t0, session.y)
-        arguments = session.y, ctypes.addressof(session.reached), NORMAL
-        return lambda: session.set("ReInit", problem.t0, session.y), arguments
+
+        def restart() -> None:
+            session.set("ReInit", problem.t0, session.y)
+
+        return restart, (session.y, ctypes.addressof(session.reached), NORMAL)
 
 
 class Bdf(Adams):
@@ -302,9 +308,9 @@ class Bdf(Adams):
     takes = (*STEP_SIZES, "jac")
 
     def connect(self, session: "Session", problem: Problem) -> tuple[dict[str, Any], Motion]:
-        dense = session.dense()
-        motion = self.begun(session, problem)
-        return {"jac": session.newton(dense, problem, "partial")}, motion
+        dense = session.create_dense()
+        motion = self.create_solver(session, problem)
+        return {"jac": session.use_newton(dense, problem, "partial")}, motion
 
 
 class Ida(Native):
@@ -313,13 +319,13 @@ class Ida(Native):
     name, solver, advance = "IDA", "IDA", "IDASolve"
 
     def connect(self, session: "Session", problem: Problem) -> tuple[dict[str, Any], Motion]:
-        dense, slope = session.dense(), np.zeros(problem.dimension)
-        slopes = session.vector(slope)
-        session.begin()
+        dense, slope = session.create_dense(), np.zeros(problem.dimension)
+        slopes = session.create_vector(slope)
+        session.create_memory()
         kernel, buffer, t0, y = right_hand_side(problem), problem.buffer, problem.t0, session.y
         session.user[EQUATIONS] = kernel.address
         session.set("Init", session.functions["residual"], t0, y, slopes)
-        options = {"jac": session.newton(dense, problem, "implicit_partial")}
+        options = {"jac": session.use_newton(dense, problem, "implicit_partial")}
 
         def restart() -> None:
             kernel.pointer(t0, session.state, buffer, slope)
@@ -329,45 +335,49 @@ class Ida(Native):
 
 
 class Session:
-    """The objects of SUNDIALS for one problem, which `close` frees, or the end of the last reference to the session.
+    """The objects of SUNDIALS for one problem. `close` frees them, at the latest when the session is garbage-collected.
 
-    `state` (dimension,) is the memory of the vector `y`. `user`: the user data. `reached`: the time at which the last call
-    ended.
+    `c`: the C functions of the library. `functions`: the addresses of the compiled functions that SUNDIALS calls.
+    `memory`: the solver's memory. `y`: the vector of the state, whose numbers are the array `state` (dimension,). `user`: the
+    user data (EQUATIONS, JACOBIAN, PARAMETERS, DIMENSION). `reached`: the time at which the last call ended.
     """
 
     def __init__(self, solver: str, dimension: int, parts: "Parts") -> None:
         self.solver, self.dimension, self.c, self.data = solver, dimension, parts.functions, parts.data
         self.functions = compile_functions(self.data)
-        held = ExitStack()
-        self._held, self.close = held, weakref.finalize(self, held.close)
+        self._to_free = ExitStack()  # frees the last object first
+        self.close = weakref.finalize(self, self._to_free.close)
         self.context, self.memory, self.reached = ctypes.c_void_p(), ctypes.c_void_p(), ctypes.c_double()
         verify("SUNContext_Create", self.c["SUNContext_Create"](0, ctypes.byref(self.context)))
-        held.callback(self.c["SUNContext_Free"], ctypes.byref(self.context))
+        self._to_free.callback(self.c["SUNContext_Free"], ctypes.byref(self.context))
         if "SUNContext_ClearErrHandlers" in self.c:
             verify("SUNContext_ClearErrHandlers", self.c["SUNContext_ClearErrHandlers"](self.context))
         self.state, self.user = np.zeros(dimension), np.array([0, 0, 0, dimension])
-        self.y = self.vector(self.state)
+        self.y = self.create_vector(self.state)
 
-    def created(self, name: str, *arguments: Any, free: str) -> int:
-        """The address that a constructor returns. Raises MemoryError if it does not return an object."""
-        found: int | None = self.c[name](*arguments, self.context)
-        if not found:
+    def create(self, name: str, *arguments: Any, free: str) -> int:
+        """Create an object by the C constructor `name`: its address. The C function `free` frees it.
+
+        Raises MemoryError if the constructor does not return an object.
+        """
+        address: int | None = self.c[name](*arguments, self.context)
+        if not address:
             raise MemoryError(f"SUNDIALS: {name} returned no object")
-        self._held.callback(self.c[free], found)
-        return found
+        self._to_free.callback(self.c[free], address)
+        return address
 
-    def vector(self, values: Floats) -> int:
-        """A vector whose numbers are `values`."""
-        found = self.created("N_VMake_Serial", self.dimension, values.ctypes.data, free="N_VDestroy")
-        self._held.callback(lambda _: None, values)  # C holds its address
-        self.verify_place(found, self.c["N_VGetArrayPointer"](found))
-        return found
+    def create_vector(self, values: Floats) -> int:
+        """A vector whose numbers are the array `values` itself."""
+        vector = self.create("N_VMake_Serial", self.dimension, values.ctypes.data, free="N_VDestroy")
+        self._to_free.callback(lambda _: None, values)  # keeps the array alive, as C holds its address
+        self.verify_place(vector, self.c["N_VGetArrayPointer"](vector))
+        return vector
 
-    def dense(self) -> tuple[int, int]:
+    def create_dense(self) -> tuple[int, int]:
         """A dense linear solver, and its matrix."""
-        matrix = self.created("SUNDenseMatrix", self.dimension, self.dimension, free="SUNMatDestroy")
+        matrix = self.create("SUNDenseMatrix", self.dimension, self.dimension, free="SUNMatDestroy")
         self.verify_place(matrix, self.c["SUNDenseMatrix_Data"](matrix))
-        return self.created("SUNLinSol_Dense", self.y, matrix, free="SUNLinSolFree"), matrix
+        return self.create("SUNLinSol_Dense", self.y, matrix, free="SUNLinSolFree"), matrix
 
     def verify_place(self, structure: int, data: int) -> None:
         """Raise RuntimeError if compiled functions would read the numbers of a vector or a matrix at a wrong place."""
@@ -376,14 +386,14 @@ class Session:
         if ctypes.cast(content, words)[self.data] != data:
             raise RuntimeError("this build of SUNDIALS has another layout of vectors and matrices; use its binding")
 
-    def begin(self, *method: Any) -> None:
-        """Create the solver's memory, which is freed before all else."""
-        self.memory.value = self.c[f"{self.solver}Create"](*method, self.context)
+    def create_memory(self, *arguments: Any) -> None:
+        """Create the solver's memory, which is freed before the objects that were created earlier."""
+        self.memory.value = self.c[f"{self.solver}Create"](*arguments, self.context)
         if not self.memory.value:
             raise MemoryError(f"SUNDIALS: {self.solver}Create returned no object")
-        self._held.callback(self.c[f"{self.solver}Free"], ctypes.byref(self.memory))
+        self._to_free.callback(self.c[f"{self.solver}Free"], ctypes.byref(self.memory))
 
-    def newton(self, dense: tuple[int, int], problem: Problem, function: str) -> str | None:
+    def use_newton(self, dense: tuple[int, int], problem: Problem, function: str) -> str | None:
         """Iterate by Newton's method; returns "compiled" for a compiled Jacobian, None if it cannot be compiled."""
         self.set("SetLinearSolver", *dense)
         assert isinstance(problem.form, FirstOrder)
@@ -400,16 +410,17 @@ class Session:
 
     def steps(self) -> int:
         """The number of steps since the start."""
-        found = ctypes.c_long()
-        self.set("GetNumSteps", ctypes.byref(found))
-        return found.value
+        steps = ctypes.c_long()
+        self.set("GetNumSteps", ctypes.byref(steps))
+        return steps.value
 
-    def named(self, code: int) -> str:
+    def name_code(self, code: int) -> str:
         """The solver's name of a return code."""
         return name_of(address_of(self.c[f"{self.solver}GetReturnFlagName"]), code)
 
 
 def verify(name: str, code: int) -> None:
+    """Raise RuntimeError unless the return code of a C function is 0."""
     if code:
         raise RuntimeError(f"SUNDIALS: {name} returned {code}")
 
@@ -425,13 +436,11 @@ def interface(solver: str) -> tuple[dict[str, Any], str]:
     """The functions of a solver's library, and the version of SUNDIALS. Raises ImportError if it cannot be driven."""
     silence()
     part = {"CVode": "cvode", "IDA": "ida"}[solver]
-    found = [
-        file for name in ("core", part) for file in files("scikit-sundae") or () if f"sundials_{name}" in file.name
-    ]
-    if len(found) != 2:
+    wheel = files("scikit-sundae") or ()
+    libraries = [file for name in ("core", part) for file in wheel if f"sundials_{name}" in file.name]
+    if len(libraries) != 2:
         raise ImportError("this scikit-sundae comes without libraries of SUNDIALS; its wheels have them")
-    loaded = [ctypes.CDLL(str(file.locate())) for file in found]
-    functions, version = load_functions(loaded, SIGNATURES)
+    functions, version = load_functions([ctypes.CDLL(str(file.locate())) for file in libraries], SIGNATURES)
     if version not in VERSIONS:
         raise ImportError(
             f"SUNDIALS {version}: its C interface was tried with {', '.join(VERSIONS)} only; the binding runs"

@@ -110,7 +110,7 @@ class IdaOnConstraints(Native):
         n = problem.dimension // 2
         each = np.full(session.dimension, atol)
         each[2 * n : 2 * n + 2 * (session.dimension - 2 * n) // 3] = NONE
-        session.set("SVtolerances", rtol, session.vector(each))
+        session.set("SVtolerances", rtol, session.create_vector(each))
 
     def connect(self, session: Session, problem: Problem) -> tuple[dict[str, Any], Motion]:
         form, n, size, known = problem.form, problem.dimension // 2, session.dimension, len(problem.parameters)
@@ -120,8 +120,9 @@ class IdaOnConstraints(Native):
         begin = function_kernel(start_of(form), 2 * n, known, 2 * n + 2 * m).array
         differential, slope = np.ones(size), np.zeros(size)
         differential[2 * n : 2 * n + 2 * m] = 0.0
-        dense, slopes, marks = session.dense(), session.vector(slope), session.vector(differential)
-        session.begin()
+        dense = session.create_dense()
+        slopes, marks = session.create_vector(slope), session.create_vector(differential)
+        session.create_memory()
         session.user[EQUATIONS] = kernel.address
         functions = c_functions(((stabilise, "float int int int int"),), (("DATA", DATA), ("SIZE", size)))
         t0, y, state, given = problem.t0, session.y, session.state, problem.parameters
