@@ -77,14 +77,14 @@ def integrate(
     f: Any, p: Floats, initial: Floats, times: Floats, order: int, length: int, limits: Floats, out: Floats,
     stop: NDArray[np.int64],
 ) -> int:  # fmt: skip
-    """Integrate each of `initial` (n, dim) into `out` (n, len(times), dim); returns the number of steps.
+    """Integrate from each of `initial` (n, dim) to all `times`, into `out` (n, len(times), dim): the number of steps.
 
-    The loop of `step_control` does not fit: the size of a step follows from its own coefficients, so no error is
-    estimated after a step and no step is rejected. If all coefficients of a component at zero are 0, it may still move
-    later, or with a power of time above the order: until it does, its radius of convergence is taken as the time so far,
-    and at least a time scale.
+    `f` is the address of the recurrences. From `x`, the state and the order, they compute the Taylor coefficients `w`
+    (length,): the coefficient of order k of component i stands at STRIDE i + k. `stop` gets the reason and the sample of the
+    first early end.
 
-    `stop` gets the reason and the sample of the first early end.
+    The loop of `step_control` does not fit: the coefficients of a step give its size before it is taken, so no error is
+    estimated after a step, and no step is rejected.
     """
     dimension = initial.shape[1]
     y, compensation, sizes = np.empty(dimension), np.empty(dimension), np.empty(dimension)
@@ -103,26 +103,11 @@ def integrate(
             call(f, t, x, p, w)
             if steps == 0:
                 start_sizes(w, order, limits[SCALE], y, sizes)
-            lower, upper, resting = 0.0, 0.0, False
-            for i in range(dimension):
-                sizes[i] = max(sizes[i], abs(y[i]))
-                if sizes[i] == 0.0:
-                    sizes[i] = size_from_zero(w, STRIDE * i, order, limits[SCALE])
-                resting = resting or sizes[i] == 0.0
-                if sizes[i] > 0.0:
-                    lower = max(lower, abs(w[STRIDE * i + order - 1]) / sizes[i])
-                    upper = max(upper, abs(w[STRIDE * i + order]) / sizes[i])
-                if not (abs(w[STRIDE * i + order]) < np.inf and abs(w[STRIDE * i + order - 1]) < np.inf):
-                    reason = NOT_FINITE
-            if steps >= MOST_STEPS:
-                reason = TOO_MANY_STEPS
-            h = min(times[-1] - t, limits[MOST], safety * min(radius(lower, order - 1), radius(upper, order)))
-            if resting:
-                h = min(h, max(t, safety * limits[SCALE]))
+            enlarge_sizes(w, order, limits[SCALE], y, sizes)
+            h = min(times[-1] - t, step_size(w, order, safety, t, limits, sizes))
             # The step is h, rounded so that t + step is exact; the last step ends at the last sample.
             step = times[-1] - t if t + h >= times[-1] else (t + h) - t
-            if step <= 0.0:
-                reason = STEP_TOO_SMALL
+            reason = find_reason(w, order, dimension, step, steps)
             if reason != 0:
                 break
             end = times[-1] if t + h >= times[-1] else t + step
@@ -143,8 +128,47 @@ def integrate(
     return taken
 
 
+def step_size(w: Floats, order: int, safety: float, t: float, limits: Floats, sizes: Floats) -> float:
+    """The step size from the radii of convergence, estimated by the coefficients of the last two orders over the sizes.
+
+    A component at zero whose coefficients are all 0 may still move later, or as a power of time above the order. Until it
+    does, a step is at most the time so far, or `safety` times a time scale if this is longer.
+    """
+    lower, upper, is_at_rest = 0.0, 0.0, False
+    for i in range(sizes.size):
+        is_at_rest = is_at_rest or sizes[i] == 0.0
+        if sizes[i] > 0.0:
+            lower = max(lower, abs(w[STRIDE * i + order - 1]) / sizes[i])
+            upper = max(upper, abs(w[STRIDE * i + order]) / sizes[i])
+    h = min(limits[MOST], safety * min(radius(lower, order - 1), radius(upper, order)))
+    if is_at_rest:
+        h = min(h, max(t, safety * limits[SCALE]))
+    return h
+
+
+def find_reason(w: Floats, order: int, dimension: int, step: float, steps: int) -> int:
+    """The reason to end a trajectory before a step, after `steps` steps; 0 if there is none."""
+    reason = 0
+    for i in range(dimension):
+        if not (abs(w[STRIDE * i + order]) < np.inf and abs(w[STRIDE * i + order - 1]) < np.inf):
+            reason = NOT_FINITE
+    if steps >= MOST_STEPS:
+        reason = TOO_MANY_STEPS
+    if step <= 0.0:
+        reason = STEP_TOO_SMALL
+    return reason
+
+
+def enlarge_sizes(w: Floats, order: int, time_scale: float, y: Floats, sizes: Floats) -> None:
+    """Raise `sizes` (dim,) to the largest values of the components so far; 0 only for components that never moved."""
+    for i in range(y.size):
+        sizes[i] = max(sizes[i], abs(y[i]))
+        if sizes[i] == 0.0:
+            sizes[i] = size_from_zero(w, STRIDE * i, order, time_scale)
+
+
 def start_sizes(w: Floats, order: int, time_scale: float, y: Floats, sizes: Floats) -> None:
-    """First sizes of components, for components that start at zero: their change within the radius of convergence.
+    """Set the first `sizes` (dim,): the change of each component within the radius of convergence, for starts at zero.
 
     The radius is estimated from the components that do not start at zero, and is at most a time scale. At the
     pericentre of a long ellipse the radius is far shorter: the acceleration there times a time scale would exceed every
@@ -160,9 +184,9 @@ def start_sizes(w: Floats, order: int, time_scale: float, y: Floats, sizes: Floa
 
 
 def size_from_zero(w: Floats, first: int, order: int, time_scale: float) -> float:
-    """The size of a component at zero: its first term at the time at which another term is as large.
+    """The size of a component at zero: its leading term at the time at which a later term is as large.
 
-    This time is at most a time scale. 0 if all coefficients are 0.
+    This time is at most a time scale. The size is 0 if all coefficients are 0.
     """
     lowest = 1
     while lowest < order and w[first + lowest] == 0.0:
@@ -189,7 +213,7 @@ def radius(coefficient: float, power: int) -> float:
 
 
 def polynomial(w: Floats, first: int, order: int, h: float) -> float:
-    """The change over h by the coefficients of orders 1 to `order`, which start at w[first]."""
+    """The sum of w[first + k] h^k over k = 1 to `order`: the change of a component over h."""
     total = 0.0
     for k in range(order, 0, -1):
         total = (total + w[first + k]) * h
