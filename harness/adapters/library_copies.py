@@ -43,7 +43,7 @@ README_MARK = "<!-- `make libraries` writes the next line. -->\n"
 
 
 def page() -> str:
-    """The text of PAGE."""
+    """The page docs/libraries.md: a table of the libraries, how each is driven, and libraries that are left out."""
     rows = [
         f"| {one.title} | `{one.name}:` | `{one.requirement}` | {_say_installed(one)} | {one.licence} |\n"
         for one in LIBRARIES.values()

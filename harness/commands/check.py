@@ -155,7 +155,7 @@ def _check_files(
 
 def _bound(text: str) -> Bound:
     """The bound of `--within`: a number, or numbers by coordinate."""
-    found: dict[str, float] = {}
+    bounds: dict[str, float] = {}
     for part in text.split(","):
         name, equals, value = (each.strip() for each in part.rpartition("="))
         try:
@@ -164,10 +164,10 @@ def _bound(text: str) -> Bound:
             raise ValueError(f"--within {part.strip()!r}: write an error as 1e-6, or theta=1e-6,omega=1e-5") from None
         if not equals and "," not in text:
             return number
-        if not name or name in found:
+        if not name or name in bounds:
             raise ValueError(f"--within {text!r}: write each coordinate once, as theta=1e-6,omega=1e-5")
-        found[name] = number
-    return found
+        bounds[name] = number
+    return bounds
 
 
 def _draw(result: TrajectoryCheck, path: Path) -> None:

@@ -112,7 +112,7 @@ def load_ensemble(path: str | Path, dask: bool = False) -> Any:
         from dask import dataframe
 
         return dataframe.read_parquet([str(file) for file in files])
-    frame = pd.concat([_rows(pq, file) for file in files], ignore_index=True)
+    frame = pd.concat([_read_rows(pq, file) for file in files], ignore_index=True)
     if not np.array_equal(frame["index"], np.arange(rows)) or not frame["status"].isin(STATUSES).all():
         raise ValueError(f"{path}: gnomon writes other indices or statuses; run the ensemble again")
     frame.attrs = about | {"units": {f.name: f.metadata[b"unit"].decode() for f in first}}
@@ -136,5 +136,6 @@ def _verify(file: Path, schema: Any, first: Any) -> None:
         raise ValueError(f"{file}: of another ensemble than the first part; keep each ensemble in a folder of its own")
 
 
-def _rows(pq: Any, file: Path) -> Any:
+def _read_rows(pq: Any, file: Path) -> Any:
+    """The samples of a part, a data frame with its statuses as plain text; `pq` is the module pyarrow.parquet."""
     return pq.read_table(file).to_pandas().astype({"status": str})

@@ -185,6 +185,7 @@ class PreparedEnsemble:
 
 @lru_cache(maxsize=4)
 def _prepare(ensemble: Ensemble) -> PreparedEnsemble:
+    """Pair the case and the integrator of an ensemble. Raises ValueError if they cannot run, and for varying guards."""
     ((case, _),) = selection.choose([ensemble.case], False, True, **dict(ensemble.parameters))
     integrator = lookup.find_one(ensemble.integrator)
     absent = lookup.missing(integrator)
@@ -196,12 +197,12 @@ def _prepare(ensemble: Ensemble) -> PreparedEnsemble:
         raise ValueError(f"{integrator.id} does not support {case.id}: {lacks}")
     interval = short_interval(float(case.times[-1]) / ensemble.times)
     times: Floats = np.arange(1, ensemble.times + 1, dtype=np.float64) * np.float64(interval)
-    found = PreparedEnsemble(ensemble, case, integrator, replace(problem, times=times), times, case.metric)
-    if found.parameters_vary and case.hybrid is not None:
+    prepared = PreparedEnsemble(ensemble, case, integrator, replace(problem, times=times), times, case.metric)
+    if prepared.parameters_vary and case.hybrid is not None:
         raise ValueError(
             f"{case.name} has events, whose guards depend on its parameters: vary numbers of its start only"
         )
-    return found
+    return prepared
 
 
 def short_interval(length: float) -> float:
@@ -211,10 +212,10 @@ def short_interval(length: float) -> float:
 
 
 def setting_for(case: Case, integrator: Integrator, times: int, given: float | None = None) -> float:
-    """The tolerance, or the step size shortened so that it divides the interval between times.
+    """The tolerance or step size of an ensemble over `times` equal intervals; a `given` step is shortened to divide them.
 
-    The default is a tolerance of 1e-9, or a step of at most a 64th of the time scale, the interval over a power of two.
-    Raises ValueError for a setting that is not positive.
+    The default is a tolerance of 1e-9, within the sweep, or the interval divided by the power of two that gives a step of
+    at most a 64th of the time scale. Raises ValueError for a setting that is not positive.
     """
     if given is not None and not 0 < given < math.inf:
         raise ValueError(f"--setting {given}: give a positive number")

@@ -81,9 +81,10 @@ def _(address: Any, *arguments: Any) -> Any:
 def c_functions(
     functions: tuple[tuple[Callable[..., int], str], ...], numbers: tuple[tuple[str, int], ...]
 ) -> dict[str, int]:
-    """The addresses of plain functions, each with its signature, compiled as C functions, by name.
+    """Compile (function, signature) pairs as C functions: the addresses by the names of the functions.
 
-    Addresses are integers in a signature. The `numbers` replace those that the functions read by these names.
+    A signature has an address as an integer. `numbers` are (name, value) pairs: a function that reads a constant of this
+    name of its module gets the value in its place.
     """
     replaced = dict(numbers)
     key = "\n".join(f"C {signature} {emission.fingerprint(plain, replaced)}" for plain, signature in functions)

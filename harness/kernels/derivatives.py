@@ -6,7 +6,7 @@ from gnomon.harness.kernels.traced import ROUND, Node, Value, sequence
 
 
 def jacobian(values: Sequence[Value], by: Sequence[Node]) -> tuple[Value, ...]:
-    """The exact derivatives of `values` with respect to `by`, components of the state; row by row."""
+    """The exact derivatives of m `values` by n components `by` of the state: m n expressions, row by row."""
     zeros = [0] * len(by)
     known: dict[Node, list[Value]] = {y: [int(y is other) for other in by] for y in by}
 

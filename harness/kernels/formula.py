@@ -109,6 +109,7 @@ def _read(node: ast.expr, known: Mapping[str, Sum]) -> Sum:
 
 
 def _name(name: str) -> Sum:
+    """A name as a sum: one term, the first power of the name."""
     return (Term(Fraction(1), ((name, Fraction(1)),)),)
 
 

@@ -740,7 +740,10 @@ def choose(condition: Any, a: Callable[[], Any], b: Callable[[], Any], guarded: 
 
 
 def flatten(x: Any, values: list[Value]) -> Any:
-    """The structure of an argument or result, hashable; its symbolic values are appended to `values`."""
+    """Take apart an argument or result: append its symbolic values to `values`, and return its structure, which is hashable.
+
+    `rebuild` puts it together again.
+    """
     if isinstance(x, tuple):
         return ("tuple", *(flatten(part, values) for part in x))
     if isinstance(x, Value):
@@ -758,6 +761,7 @@ def flatten(x: Any, values: list[Value]) -> Any:
 
 
 def rebuild(structure: Any, values: Iterator[Value]) -> Any:
+    """The argument or result of this structure with these symbolic values, as `flatten` found them."""
     match structure:
         case "tuple", *parts:
             return tuple(rebuild(part, values) for part in parts)

@@ -226,6 +226,7 @@ def _symbol(name: str) -> Value:
 
 
 def _none() -> Value:
+    """Emit a new reference to Python's None, which an entry returns."""
     ir.module().declared["Py_IncRef"] = "declare void @Py_IncRef(ptr)"
     ir.here().do("call void @Py_IncRef(ptr @gnomon_None)")
     return _symbol("gnomon_None")

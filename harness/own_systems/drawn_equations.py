@@ -388,7 +388,7 @@ def _bowl_gradient(t: Any, q: Values, p: Values) -> Values:
 
 
 def _bowl_motion(t: Any, state: Values, p: Values) -> Values:
-    """With the multiplier eliminated: the second derivative of the constraint vanishes."""
+    """The motion on the surface: the second time derivative of the constraint, which is 0, gives the multiplier."""
     x, y, z, u, v, w = state
     a, b, c, d, e, f, g = p
     gx, gy, gz = _bowl_gradient(t, (x, y, z), p)

@@ -15,11 +15,11 @@ TARGETS = (1e-3, 1e-6, 1e-9, 1e-12)
 class Reached(NamedTuple):
     """The time of a series at a target that it reaches.
 
-    `seconds` is the geometric mean over launches of the whole call, for which a user waits; `low` and `high` are its range,
-    and `null_share` is the share of the null call, nan without a measurement. `times` are the seconds by run and launch: a
-    run interleaves its launches, so that times with equal keys share an effect (see `separation`). `at_loosest`: the
-    loosest setting already reaches the target, so the time is an upper bound. `calls` are the evaluations of the equations
-    at the target, nan where they are not counted. `settings` are those on whose times the time rests.
+    `seconds`: the geometric mean over launches of the time of a whole call; `low` and `high`: its range. `null_share`: the
+    share of the null call in it, nan without a measurement. `times`: the seconds by (run, launch). A run interleaves its
+    launches, so that times of equal keys share an effect (see `separation`). `at_loosest`: whether the loosest setting
+    reaches the target, so that the time is an upper bound. `calls`: evaluations of the equations at the target, nan if
+    they were not counted. `settings`: the settings from whose times the time is computed.
     """
 
     target: float
@@ -45,11 +45,11 @@ def find_reached(series: Sequence[Mapping[str, Any]], targets: Sequence[float] =
     for row in series:
         at.setdefault(row["setting"], {})[row["launch"]] = row["seconds_median"], has_waited(row)
         errors.setdefault(row["launch"], {})[row["setting"]] = row["error_max"]
-    # Slow settings are launched once: the launch with most settings has the errors, and says on which settings the time of a
-    # target rests. The other launches count if they timed these, as further launches do.
+    # Slow settings are launched once. So the launch with the most settings gives the errors, and the settings from whose times
+    # the time at a target is computed; another launch counts if it timed these settings.
     whole = max(sorted(errors), key=lambda launch: len(errors[launch]))
     sweep = errors[whole]
-    held = credit_errors(list(sweep.values()))
+    credited = credit_errors(list(sweep.values()))
     runs = {row["launch"]: row["run"] for row in series}
     seconds = [at[setting][whole][0] for setting in sweep]
     nulls = [row["null_seconds"] for row in series if math.isfinite(row["null_seconds"])]
@@ -58,31 +58,33 @@ def find_reached(series: Sequence[Mapping[str, Any]], targets: Sequence[float] =
     known = {row["setting"]: float(row["rhs_calls"]) for row in series if (row["rhs_calls"] or 0) > 0}
     counted = [known.get(setting, math.nan) for setting in sweep]
     for target in targets:
-        places, loosest = beside(held, seconds, target)
+        places, loosest = beside(credited, seconds, target)
         if places:
             settings = [[*sweep][place] for place in places]
-            found = {
+            launched = {
                 (runs[n], n): (
-                    _between([held[place] for place in places], [at[setting][n][0] for setting in settings], target),
+                    _interpolate(
+                        [credited[place] for place in places], [at[setting][n][0] for setting in settings], target
+                    ),
                     any(at[setting][n][1] for setting in settings),
                 )
                 for n in sorted(runs)
                 if all(n in at[setting] for setting in settings)
             }
-            times = without_waits({key: each for key, each in found.items() if math.isfinite(each[0])})
+            times = without_waits({key: each for key, each in launched.items() if math.isfinite(each[0])})
             middle = geometric_mean(times.values())
             yield Reached(
                 target, middle, min(times.values()), max(times.values()), len(times), times,
-                loosest, null / middle, crossing(held, counted, target)[0],
+                loosest, null / middle, crossing(credited, counted, target)[0],
                 tuple(sorted(settings, reverse=True)),
             )  # fmt: skip
 
 
-def _between(held: Sequence[float], seconds: Sequence[float], target: float) -> float:
-    """The time at an error between two settings, linear in the logarithms; of one setting its own."""
-    if len(held) == 1:
+def _interpolate(errors: Sequence[float], seconds: Sequence[float], target: float) -> float:
+    """The time at which the error is `target`, linear in the logarithms between two settings; with one setting, its time."""
+    if len(errors) == 1:
         return seconds[0]
-    upper, lower = math.log(held[0]), math.log(max(held[1], np.finfo(float).tiny))
+    upper, lower = math.log(errors[0]), math.log(max(errors[1], np.finfo(float).tiny))
     share = (upper - math.log(target)) / (upper - lower)
     return float(np.exp(np.log(seconds[0]) + share * np.log(seconds[1] / seconds[0])))
 
@@ -94,7 +96,7 @@ def has_waited(row: Mapping[str, Any]) -> bool:
 
 
 def without_waits(times: Mapping[K, tuple[float, bool]]) -> dict[K, float]:
-    """The times of launches, of which those that waited for a processor count only if all did: half may be waiting."""
+    """The times of the launches that did not wait for a processor, as up to half of a time may be waiting; else all times."""
     quiet = {key: seconds for key, (seconds, has_waited) in times.items() if not has_waited}
     return quiet or {key: seconds for key, (seconds, _) in times.items()}
 
@@ -106,43 +108,42 @@ def geometric_mean(values: Iterable[float]) -> float:
 
 
 def credit_errors(errors: Sequence[float] | Floats) -> Floats:
-    """The error that each setting of a sweep, loosest first, is credited with; inf for settings that are left out.
+    """The errors of a sweep, loosest setting first, without errors that are small by chance; inf for settings left out.
 
-    The error of a loose setting may be small by chance, where it changes sign. A setting is therefore credited with the
-    largest error of all settings at least as tight. At still tighter settings round-off makes errors grow again; the
-    sweep is cut after the tightest setting within 3 times the second smallest error (the second, so that one small
-    error by chance cannot cut the sweep).
+    The error of a loose setting may be small by chance, where it changes sign. So each setting is credited with the largest
+    error of all settings that are at least as tight. At the tightest settings round-off makes errors grow again. So the
+    sweep ends with the tightest setting within 3 times the second smallest error; the smallest may be small by chance.
     """
     values = np.asarray(errors, dtype=float)
-    found = np.sort(values[np.isfinite(values)])
-    if len(found) == 0:
+    finite = np.sort(values[np.isfinite(values)])
+    if len(finite) == 0:
         return np.full(len(values), math.inf)
-    second = found[min(1, len(found) - 1)]
+    second = finite[min(1, len(finite) - 1)]
     last = int(np.flatnonzero(values <= 3 * second)[-1])
     kept = np.maximum.accumulate(values[: last + 1][::-1])[::-1]
     return np.concatenate([kept, np.full(len(values) - last - 1, math.inf)])
 
 
 def time_at(errors: Sequence[float] | Floats, seconds: Sequence[float] | Floats, target: float) -> tuple[float, bool]:
-    """The least time in which a sweep, loosest setting first, reaches an error, and whether its loosest setting does.
+    """(seconds, is_loosest): the least time in which a sweep, loosest setting first, reaches an error; nan if it does not.
 
-    Linear interpolation in the logarithms between the two neighbouring settings; nan if no setting reaches the error.
-    If credited errors are infinite up to some setting, the next setting counts as the loosest.
+    The time is interpolated linearly in the logarithms between the last setting above the error and the first one below.
+    `is_loosest`: whether no setting lies above. Settings with an infinite credited error do not count.
 
-    A tighter setting may take less time than the one that reaches the error: the order of a Taylor series follows its
-    tolerance, and a low order takes more steps. It reaches the error too, so the minimum of these times counts.
+    A still tighter setting may take less time: the order of a Taylor series follows its tolerance, and a low order takes more
+    steps. This setting reaches the error too, so the minimum of these times counts.
     """
     return crossing(credit_errors(errors), seconds, target)
 
 
 def beside(held: Floats, seconds: Sequence[float] | Floats, target: float) -> tuple[list[int], bool]:
-    """The places in a sweep of the settings on whose times `crossing` rests, and its flag; none where a time is missing."""
-    found, loosest = crossing(held, seconds, target)
-    if math.isnan(found):
+    """(places, is_loosest): the settings of a sweep from whose times `crossing` computes its time; none if it is nan."""
+    time, loosest = crossing(held, seconds, target)
+    if math.isnan(time):
         return [], loosest
     tight = np.flatnonzero(held <= target).tolist()
     least = min(tight, key=lambda place: math.inf if math.isnan(seconds[place]) else seconds[place])
-    if seconds[least] <= found:
+    if seconds[least] <= time:
         return [least], loosest
     return ([tight[0]] if loosest else [tight[0] - 1, tight[0]]), loosest
 
@@ -155,21 +156,21 @@ def crossing(held: Floats, seconds: Sequence[float] | Floats, target: float) -> 
     i = int(reached[0])
     loosest = i == 0 or math.isinf(held[i - 1])
     first = i if loosest else i - 1
-    there = _between(held[first : i + 1].tolist(), [float(each) for each in seconds[first : i + 1]], target)
+    there = _interpolate(held[first : i + 1].tolist(), [float(each) for each in seconds[first : i + 1]], target)
     # nan if the time near the target is missing; tighter settings without a time are ignored
     return (math.nan if math.isnan(there) else min(there, *(float(seconds[k]) for k in reached.tolist()))), loosest
 
 
 def error_within(errors: Sequence[float] | Floats, seconds: Sequence[float] | Floats, cost: float) -> float:
-    """The least error that a sweep, loosest setting first, reaches within a time; inf if no setting takes so little.
+    """The least error that a sweep, loosest setting first, reaches within a time; inf if every setting takes longer.
 
-    Interpolated as in `time_at`, between a setting within the time and the next one if it takes longer.
+    Between a setting within the time and a next setting beyond it, the error is interpolated as in `time_at`.
     """
     held, times = credit_errors(errors), np.asarray(seconds, dtype=float)
-    found = [math.inf, *held[times <= cost].tolist()]
+    errors_within = [math.inf, *held[times <= cost].tolist()]
     for i in np.flatnonzero((times[:-1] <= cost) & (times[1:] > cost)).tolist():
         if math.isfinite(held[i]) and math.isfinite(held[i + 1]):
             share = math.log(cost / times[i]) / math.log(times[i + 1] / times[i])
             upper, lower = (math.log(max(value, np.finfo(float).tiny)) for value in (held[i], held[i + 1]))
-            found.append(math.exp(upper + share * (lower - upper)))
-    return float(min(found))
+            errors_within.append(math.exp(upper + share * (lower - upper)))
+    return float(min(errors_within))

@@ -34,35 +34,37 @@ def export(path: str | Path, target: Path, form: str, raw: bool = False) -> None
 
 
 def _csv(path: str | Path, target: Path, raw: bool) -> None:
-    found = columns(path)
+    """Write rows as csv, compressed if `target` ends with .gz."""
+    values = columns(path)
     with diskcache.whole(target) as part:
         opened: Any = gzip.open if target.suffix == ".gz" else open
         with opened(part, "wt", encoding="utf-8", newline="") as file:
             writer = csv.writer(file, lineterminator="\n")
-            writer.writerow(found)
-            for row in zip(*found.values(), strict=True):
+            writer.writerow(values)
+            for row in zip(*values.values(), strict=True):
                 writer.writerow(row if raw else map(_no_formula, row))
 
 
 def _json(path: str | Path, target: Path, raw: bool) -> None:
+    """Write rows as a list of JSON objects; `raw` changes nothing."""
     with diskcache.whole(target) as part:
         part.write_text(json.dumps(rows(path), indent=1), encoding="utf-8")
 
 
 def _parquet(path: str | Path, target: Path, raw: bool) -> None:
-    """Columns of the declared types, each with its unit and meaning in the schema."""
+    """Write columns of the declared types, each with its unit and meaning in the schema; `raw` changes nothing."""
     extras.require("report", "a Parquet file")
     import pyarrow  # slow to load: only Parquet needs it
     from pyarrow import parquet
 
     types = {"TEXT": pyarrow.string(), "REAL": pyarrow.float64(), "INTEGER": pyarrow.int64()}
-    told = read_declared("results", "columns.toml")
-    found = columns(path)
+    units_and_meanings = read_declared("results", "columns.toml")
+    values = columns(path)
     fields = []
-    for name in found:
-        unit, meaning = told[name]
+    for name in values:
+        unit, meaning = units_and_meanings[name]
         fields.append(pyarrow.field(name, types[kind_of(name)], metadata={"unit": unit, "meaning": meaning}))
-    table = pyarrow.table(list(found.values()), schema=pyarrow.schema(fields))
+    table = pyarrow.table(list(values.values()), schema=pyarrow.schema(fields))
     with diskcache.whole(target) as part:
         parquet.write_table(table, part, compression="zstd", compression_level=COMPRESSION)
 

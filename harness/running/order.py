@@ -1,9 +1,9 @@
 """The order of a run: some cases of each kind of system first, with all integrators, so that complete slices exist early.
 
-Launches that measure the scatter between launches, on which ranks rest (see `gnomon.harness.results.separation`), are spread
-over it: of one setting of some series of each library. They lie as far from each other as those of the members of a cell,
-never back to back, and each block of them has all libraries, so that an effect that all launches of a time share can be told
-from it.
+Ranks rest on the scatter between launches (see `gnomon.harness.results.separation`). To measure it, one setting of some series
+of each library is launched several times, in blocks that are spread over the run. Launches of a setting are then as far apart
+as launches of the methods that are compared, and never back to back. Each block has all libraries, so that an effect on all
+launches of the same time can be separated from the scatter.
 """
 
 from collections import Counter
@@ -20,13 +20,12 @@ Place = tuple[int, int, int]
 
 
 def places(series: Iterable[Series]) -> dict[str, Place]:
-    """The place of each series by its id; series of one case variant have the same.
+    """The place of each series by its id; all series of one case variant have the same place.
 
-    Default variants come first: of each kind of system the first case, then of each kind the second one, and so on. Their
-    copies over timing spans come next, and hard variants last. An integrator that is missing leaves no gap: a case is
-    measured with all that take it before the next case begins.
+    Default variants come first: the first case of each kind of system, then the second case of each kind, and so on. Their
+    copies over timing spans come next, and hard variants last. A case runs with all integrators before the next case begins.
     """
-    found: dict[str, Place] = {}
+    order: dict[str, Place] = {}
     ranks: dict[str, tuple[int, int]] = {}
     counts = Counter[int]()
     for one in series:
@@ -35,37 +34,38 @@ def places(series: Iterable[Series]) -> dict[str, Place]:
             ranks[one.case.name] = counts[kind], kind
             counts[kind] += 1
         stage = 2 if one.case.variant is not None else int(one.over_timing_span)
-        found[one.id] = stage, *ranks[one.case.name]
-    return found
+        order[one.id] = stage, *ranks[one.case.name]
+    return order
 
 
 def _kind(case: Case) -> int:
+    """The position of a case's kind of system among KINDS; after all of them without one."""
     kind = kind_of({type(form).__name__ for form in case.all_forms()})
     return len(KINDS) if kind is None else [*KINDS].index(kind)
 
 
 SERIES_OF_A_LIBRARY = 6
-"""Number of series of each library, on as many problems as it takes."""
+"""Number of series of each library that are launched again for the scatter."""
 
 Item = TypeVar("Item")
 
 
 def choose_for_scatter(series: Iterable[Series]) -> list[Series]:
-    """Of each library the series that are launched again: its problems in their order, its integrators in turn."""
-    found: dict[str, dict[str, list[Series]]] = {}
+    """SERIES_OF_A_LIBRARY series of each library, on default variants: each one on the next case, by the next integrator."""
+    by_library: dict[str, dict[str, list[Series]]] = {}
     for one in series:
         if one.left_out is None and one.formulation is None and one.case.variant is None and not one.label:
-            found.setdefault(one.integrator.library, {}).setdefault(one.case.name, []).append(one)
+            by_library.setdefault(one.integrator.library, {}).setdefault(one.case.name, []).append(one)
     chosen = []
-    for problems in found.values():
-        of = [*problems.values()]
-        turns = (of[k % len(of)][k % len(of[k % len(of)])] for k in range(SERIES_OF_A_LIBRARY * len(of)))
+    for by_case in by_library.values():
+        cases = [*by_case.values()]
+        turns = (own[k % len(own)] for k, own in enumerate(cases * SERIES_OF_A_LIBRARY))
         chosen += list({one.id: one for one in turns}.values())[:SERIES_OF_A_LIBRARY]
     return chosen
 
 
 def middle_trial(trials: Sequence[Trial], history: Mapping[tuple[str, int], Known]) -> tuple[Trial, ...]:
-    """The trial in the middle of those that the first launch of a series timed; empty without one."""
+    """The middle one of the trials that the first launch of a series timed, as a tuple; () if it timed none."""
     timed = [
         trial
         for trial in trials
@@ -76,10 +76,10 @@ def middle_trial(trials: Sequence[Trial], history: Mapping[tuple[str, int], Know
 
 
 def spread(launches: Sequence[Item], blocks: Sequence[Sequence[Item]]) -> list[Item]:
-    """The launches with the blocks at equal distances among them, the last one at the end."""
-    found, done = list[Item](), 0
+    """The launches with the blocks among them, at equal distances and the last block at the end."""
+    order, done = list[Item](), 0
     for number, block in enumerate(blocks, 1):
         until = round(len(launches) * number / len(blocks))
-        found += [*launches[done:until], *block]
+        order += [*launches[done:until], *block]
         done = until
-    return [*found, *launches[done:]]
+    return [*order, *launches[done:]]

@@ -79,11 +79,13 @@ def spring_acceleration(t: Any, q: Values, parameters: Values) -> Values:
 
 
 def spring_field(t: Any, place: Values, parameters: Values) -> Values:
+    """The spring as electric field, without a magnetic field."""
     x, k, z = place
     return -(k * x), 0 * k, 0 * z, 0 * x, 0 * x, 0 * x
 
 
 def spring_in_space(t: Any, state: Values, parameters: Values) -> Values:
+    """`spring_acceleration` as equations of first order, with the constant k and a coordinate z at rest."""
     x, k, z, vx, vk, vz = state
     return vx, vk, vz, -(k * x), 0 * k, 0 * z
 
@@ -105,10 +107,12 @@ def spring_force(t: Any, q: Values, parameters: Values) -> Values:
 
 
 def on_plane(t: Any, q: Values, parameters: Values) -> Values:
+    """The constraint z = 0 on q = (x, k, z)."""
     return (q[2],)
 
 
 def plane_normal(t: Any, q: Values, parameters: Values) -> Values:
+    """The gradient of `on_plane`."""
     x, k, z = q
     return 0 * x, 0 * k, 0 * z + 1
 
@@ -132,10 +136,12 @@ def spring_above_wall(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def far_wall(t: Any, q: Values, parameters: Values) -> Values:
+    """The gap to a wall at x = -FAR, which the motion never reaches."""
     return (q[0] + FAR,)
 
 
 def wall_normal(t: Any, q: Values, parameters: Values) -> Values:
+    """The gradient of `far_wall`."""
     x, k = q
     return 0 * x + 1, 0 * k
 

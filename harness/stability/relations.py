@@ -112,7 +112,7 @@ def marks(data: Mapping[str, Any]) -> list[Mark]:
 def relations(integrator: Integrator, seconds: float) -> dict[str, Any]:
     """The result for each relation: same bits, round-off, or the error over the error of the plain solution."""
     trials = next(subjects(integrator, SUBJECTS))
-    setting = usual(trials)
+    setting = choose_setting(trials)
     plain = trials.whole(setting)
     if plain.states is None or not math.isfinite(plain.error):
         raise Refused(f"no plain solution of {trials.case.name} at {trials.named(setting)}: {plain.why}")
@@ -124,8 +124,8 @@ def relations(integrator: Integrator, seconds: float) -> dict[str, Any]:
     return found | {"relations": rows, "returned": reversal(trials, setting)}
 
 
-def usual(trials: Trials) -> float:
-    """Tolerance 1e-8, or the nearest one within the sweep; for step sizes a 64th of the sampling interval."""
+def choose_setting(trials: Trials) -> float:
+    """The setting at which motions are compared: a 64th of the sampling interval, or tolerance 1e-8 within the sweep."""
     sweep = trials.integrator.sweep
     if isinstance(sweep, Steps):
         return float(trials.problem().interval / STEPS_IN_INTERVAL)
@@ -133,7 +133,7 @@ def usual(trials: Trials) -> float:
 
 
 def compare_solutions(trials: Trials, plain: Answer, other: Related) -> dict[str, Any]:
-    """The related solution beside the plain one: largest difference, error, factor of the error, and verdict."""
+    """Compare a related solution with the plain one: the largest difference, the error, its factor, and the verdict."""
     assert plain.states is not None
     found = trials.outcome(other.problem, other.setting, other.start)
     if found.solution is None:

@@ -61,6 +61,7 @@ def _scenes(integrator: SceneIntegrator) -> Iterator[tuple[str, Case, SceneForm]
 
 
 def _measure(integrator: SceneIntegrator, case: Case, form: SceneForm) -> dict[str, Any]:
+    """The costs of an engine's way on one scene: times of a step, of a call and of a reading, memory, equal bits."""
     scene = _scene(case, form)
     world_kilobytes = _world_kilobytes(
         integrator, form, scene
@@ -89,7 +90,7 @@ def _measure(integrator: SceneIntegrator, case: Case, form: SceneForm) -> dict[s
         "grown_kilobytes": _if_known(_measure_growth(integrator, form, scene)),
         "same_bits": {
             "in a new world": _run(integrator, form, scene) == first,
-            "with another world beside it": _beside(integrator, form, scene) == first,
+            "with another world beside it": _run_beside_another(integrator, form, scene) == first,
         },
         "energy_an_hour": _energy_an_hour(integrator),
     }
@@ -100,6 +101,7 @@ def _scene(case: Case, form: SceneForm) -> Scene:
 
 
 def _place(integrator: SceneIntegrator, form: SceneForm, scene: Scene) -> World:
+    """A new world with the bodies of the scene at their start."""
     world = integrator.world(form, STEP)
     world.build(scene)
     world.place(scene)
@@ -107,24 +109,25 @@ def _place(integrator: SceneIntegrator, form: SceneForm, scene: Scene) -> World:
 
 
 def _run(integrator: SceneIntegrator, form: SceneForm, scene: Scene) -> Readings:
+    """The readings of a new world after STEPS steps."""
     world = _place(integrator, form, scene)
     for _ in range(STEPS // 10):
         world.advance(10)
-    found = world.read()
+    readings = world.read()
     world.close()
-    return found
+    return readings
 
 
-def _beside(integrator: SceneIntegrator, form: SceneForm, scene: Scene) -> Readings:
-    """The readings of a world whose steps alternate with those of another one."""
-    worlds = [_place(integrator, form, scene) for _ in range(2)]
+def _run_beside_another(integrator: SceneIntegrator, form: SceneForm, scene: Scene) -> Readings:
+    """The readings of a world after STEPS steps, in turn with the steps of a second world in the same process."""
+    world, second = (_place(integrator, form, scene) for _ in range(2))
     for _ in range(STEPS // 10):
-        worlds[1].advance(3)
-        worlds[0].advance(10)
-    found = worlds[0].read()
-    for world in worlds:
-        world.close()
-    return found
+        second.advance(3)
+        world.advance(10)
+    readings = world.read()
+    for one in (world, second):
+        one.close()
+    return readings
 
 
 def _is_same(integrator: SceneIntegrator, form: SceneForm, scene: Scene, first: Readings) -> bool:

@@ -1,4 +1,4 @@
-"""Claims about accuracy: near the exact motion at all, the order, the error at each setting and against the tolerance."""
+"""Claims about accuracy: whether a solution follows the exact motion, its order, and its error at each setting."""
 
 import itertools
 import math
@@ -37,12 +37,12 @@ MOST_ON_A_LINE, CONFIDENCE = 6, 0.99
 """Largest number of tolerances that a line is fitted to; one-sided confidence of the upper end of its slope."""
 
 NEAR = 0.01
-"""Largest error, as a share of the distance that the exact motion covers in the part of the span. States that are one of
-64 samples early or late are off by at least 1/64 of it."""
+"""Largest error, as a share of the distance that the exact motion covers in a part of the span. States that are one of 64
+samples too early or too late have an error of at least 1/64 of this distance."""
 ORDER_1 = 2.0
-"""The error constant of a method of order 1, in halves of h^2 y'': 1 for both methods of Euler, and a margin of 2."""
+"""Largest error of a step of a method of order 1, in units of h^2 y''/2: 1 for both Euler methods, times a margin of 2."""
 STEPS, FEWEST_STEPS = 1e4, 64
-"""Steps over the whole span, and over a part, whose errors may add up to the tolerance each."""
+"""Numbers of steps over the whole span, and least number over a part, each with an error of the tolerance."""
 
 Point = tuple[float, float, float]
 """(step size, error, round-off)"""
@@ -50,6 +50,7 @@ Point = tuple[float, float, float]
 
 @claim("runs")
 def _ran(trials: Trials) -> Finding:
+    """Whether two settings of the sweep give finite states, or a reason."""
     solved = trials.answers()
     # Not at the tightest setting of the sweep: a slow method may take hours there.
     answers = [solved[k] for k in sorted({len(solved) // 2, len(solved) - 1})]
@@ -64,7 +65,7 @@ def _ran(trials: Trials) -> Finding:
 
 @claim("follows")
 def _follows(trials: Trials) -> Finding:
-    """The error at the finest setting that has a solution, over the longest part that a consistent method must follow."""
+    """The error at the finest setting with a solution, over the longest part in which every consistent method has small ones."""
     answers = trials.answers()
     usable = [answer for answer in answers if not answer.declined]
     if not answers:
@@ -97,7 +98,7 @@ def _setting(trials: Trials, halvings: int, finest: float) -> float:
 
 
 def _first_part(trials: Trials) -> int:
-    """The halvings of the longest part that counts: for an engine it ends before the first event, such as a contact."""
+    """The halvings of the longest part to compare: for an engine, a part that ends before the first event, as a contact."""
     if trials.case.hybrid is None or not isinstance(trials.form, SceneForm):
         return 0
     first = next((float(event.time) for event in trials.case.events()), math.inf)
@@ -115,9 +116,9 @@ def distance_covered(trials: Trials, halvings: int) -> float:
 def _largest_error(trials: Trials, halvings: int, finest: float) -> float:
     """An upper bound of the error of any consistent method at a setting over the span divided by 2^halvings.
 
-    With a step h each step of a method of order 1 leaves h^2/2 of the second derivative, whose integral the second
-    differences of the samples give; with a tolerance each step leaves the tolerance. The motion carries each error to the
-    end: at most by the conditioning over half an ulp, and a velocity by the time in time scales.
+    A step h of a method of order 1 has an error of h^2/2 times the second derivative, whose integral is estimated by the
+    second differences of the samples; a step of a tolerance has an error of the tolerance. By the end of the motion an error
+    grows at most by the conditioning over half an ulp, and an error of a velocity by the time in time scales.
     """
     span = float(trials.reference.times[-1]) * 2.0**-halvings
     grown = max(1.0, trials.conditioning(halvings) / HALF_ULP) * (1 + span / trials.reference.time_scale)
@@ -144,15 +145,15 @@ def in_range(points: Sequence[Point]) -> list[Point]:
 
     They begin after the last large error, and end before the first error that round-off may have changed.
     """
-    found: list[Point] = []
+    usable: list[Point] = []
     for h, error, roundoff in points:
         if not error < LARGEST_ERROR:
-            found = []
+            usable = []
         elif error < ABOVE_FLOOR_ON_A_LINE * roundoff:
             break
         else:
-            found.append((h, error, roundoff))
-    return found
+            usable.append((h, error, roundoff))
+    return usable
 
 
 def slope_of(points: Sequence[Point], order: int, what: str) -> Finding:
@@ -229,11 +230,12 @@ def _short_answers(trials: Trials) -> tuple[int, list[Answer]]:
 
 
 def _points(answers: Sequence[Answer]) -> list[Point]:
+    """The answers at fixed steps as (step size, error, round-off)."""
     return [(answer.setting, answer.error, answer.roundoff) for answer in answers]
 
 
 def fit_slope(lines: Sequence[Sequence[tuple[float, float]]]) -> tuple[float, float]:
-    """(slope, upper end of its interval), fitted to lines of (x, y) with one common slope and a constant each."""
+    """(slope, upper end of its interval) of lines of points (x, y), fitted with one slope and a constant for each line."""
     centred = [np.array(line) - np.mean(line, axis=0) for line in lines]
     x, y = np.concatenate(centred).T
     slope = float(x @ y / (x @ x))
@@ -243,7 +245,7 @@ def fit_slope(lines: Sequence[Sequence[tuple[float, float]]]) -> tuple[float, fl
 
 
 def on_line(points: Sequence[Point], order: int, h: float, roundoff: float) -> float:
-    """The largest error/h^order of these points at twice the step h, plus round-off; infinite without points."""
+    """The error at a step 2 h by the largest error/step^order of these points, plus round-off; infinite without points."""
     line = max((max(error, own) / step**order for step, error, own in points), default=math.inf)
     return line * (2 * h) ** order + ABOVE_FLOOR_ON_A_LINE * roundoff
 
@@ -251,25 +253,28 @@ def on_line(points: Sequence[Point], order: int, h: float, roundoff: float) -> f
 def above_line(
     points: Sequence[Point], order: int, longer: float = 1.0, fewest: int = 1
 ) -> tuple[float, float, float] | None:
-    """(h, error, allowed error) of the worst point whose error exceeds its bound; None if there is no such point.
+    """(h, error, allowed error) of the point whose error exceeds its bound by the largest factor; None if no error does.
 
-    The bound is the largest error/h^order of all steps more than `longer` times as long, at twice the step, plus
-    round-off. A point with fewer than `fewest` such steps is left out.
+    The bound is the largest error/step^order of the steps longer than `longer` h, times (2 h)^order, plus round-off. A
+    point with fewer than `fewest` longer steps has no bound.
     """
-    found: list[Point] = []
+    above: list[Point] = []
     for h, error, roundoff in points:
         lines = [max(e, r) / step**order for step, e, r in points if step > longer * h]
         if len(lines) < fewest:
             continue
         allowed = max(lines) * h**order * 2.0 ** max(order, 2) + ABOVE_FLOOR_ON_A_LINE * roundoff
         if error > allowed:
-            found.append((h, error, allowed))
-    return max(found, key=lambda point: point[1] / point[2], default=None)
+            above.append((h, error, allowed))
+    return max(above, key=lambda point: point[1] / point[2], default=None)
 
 
 @claim("error", lambda trials: None if trials.steps else "its setting is a tolerance")
 def _error(trials: Trials) -> Finding:
-    """Also with events: if they are located with a lower order, the error falls more slowly."""
+    """Whether no error lies above the line error/h^order through the errors of longer steps (`above_line`).
+
+    Cases with events count too: if events are located with a lower order, the error falls more slowly.
+    """
     points = [point for point in _points(trials.answers()) if not math.isnan(point[1])]
     if points and all(error <= ABOVE_FLOOR_ON_A_LINE * roundoff for _, error, roundoff in points):
         return pass_claim("round-off at all settings")
@@ -287,7 +292,7 @@ def _error(trials: Trials) -> Finding:
 
 
 def _steady_order(points: Sequence[Point], trials: Trials) -> Finding:
-    """The order of a method that declares none, if the errors over the span, or over a short one, show one of at least 1."""
+    """The order of a method without a declared one: a steady order of 1 or more, over the span or a short span."""
     slopes: list[float] = []
     for usable in (in_range(points), in_range(_points(_short_answers(trials)[1]))):
         pairs = itertools.pairwise(usable[-FEWEST:])
@@ -307,8 +312,9 @@ def sum_allowed_errors(
 ) -> float:
     """The sum of all local errors that the tolerance allows, at the worst sample or at the last one, plus round-off.
 
-    Each step may add `tolerance` times the size of the state in each component, so sqrt(dim) times that in the norm;
-    the exact motion carries it to a sample with at most its growth. Infinite if neither steps nor calls are counted.
+    Each step may add `tolerance` times the size of the state to each component, which is sqrt(dim) tolerance in the norm.
+    Until a sample each of these errors grows at most by the growth of errors of the exact motion. The sum is infinite if
+    neither steps nor calls are counted.
     """
     growth = trials.growth(halvings)
     largest = float(growth[-1] if last else np.max(growth))
@@ -316,10 +322,10 @@ def sum_allowed_errors(
 
 
 def same_solution(trials: Trials, states: Floats, what: str, roundings: float = 1.0, share: float = 0.0) -> Finding:
-    """Whether states agree with the solution from the start alone at the usual setting.
+    """Whether states (samples, dim) agree with the solution of a call from this start alone, at the usual setting.
 
-    With a step size they may differ by `roundings` times the round-off plus `share` of the error; with a tolerance, by
-    twice the error that it allows.
+    They may differ by `roundings` times the round-off plus `share` of the error at a step size, or by twice the error that a
+    tolerance allows.
     """
     alone = trials.whole(trials.usual())
     named = trials.named(alone.setting)
@@ -335,17 +341,17 @@ def same_solution(trials: Trials, states: Floats, what: str, roundings: float = 
 
 
 def is_dense(trials: Trials) -> bool:
-    """Whether an adaptive method interpolates: then the interpolant adds its own error at all samples but the last."""
+    """Whether an adaptive method interpolates: the interpolant then adds an error at all samples except the last."""
     return not trials.steps and trials.integrator.sampling == "dense output"
 
 
 def _error_of_steps(trials: Trials, answer: Answer) -> float:
-    """The error of an adaptive method's steps: with dense output at the last sample, without an interpolant's error."""
+    """The error of an adaptive method's steps; with dense output only at the last sample, which is not interpolated."""
     return answer.last if is_dense(trials) else answer.error
 
 
 def _over_tolerance(trials: Trials, answers: Sequence[tuple[int, Answer]]) -> Finding:
-    """Whether the answers, as (halvings, answer) over the span divided by 2^halvings, keep to their tolerances.
+    """Whether the errors of (halvings, answer) pairs, over the span divided by 2^halvings, are within their tolerances.
 
     A failure shows the worst answer.
     """
@@ -363,8 +369,8 @@ def _over_tolerance(trials: Trials, answers: Sequence[tuple[int, Answer]]) -> Fi
             where = " at the last sample" if is_dense(trials) or halvings else ""
             work = f"{trials.steps_of(answer):.0f} steps at most"
             expected = f"error{where} below {allowed:.2g} with {work}"
-            found = fail_claim(f"{trials.named(answer.setting)}{part}", expected, f"{error:.2g}")
-            worse.append((math.inf if math.isnan(error) else error / allowed, found))
+            failure = fail_claim(f"{trials.named(answer.setting)}{part}", expected, f"{error:.2g}")
+            worse.append((math.inf if math.isnan(error) else error / allowed, failure))
     if worse:
         return max(worse, key=lambda each: each[0])[1]
     return pass_claim() if counted else not_applicable("no setting whose tolerance bounds the error")
@@ -395,10 +401,10 @@ def _tolerance_short(trials: Trials) -> Finding:
 
 @claim("proportional", _short_applies)
 def _proportional(trials: Trials) -> Finding:
-    """Whether the error falls with the tolerance, down to the two tightest tolerances with an error above round-off.
+    """Whether the errors at the two tightest tolerances above round-off are far below those at 100 times the tolerance.
 
-    A fall to round-off passes at once: a method of variable order may have the same error at all loose tolerances, and
-    none at the next one.
+    A method of variable order may have the same error at all loose tolerances, and only round-off at the next one. So the
+    claim passes as soon as an error has fallen to round-off.
     """
     usable: list[tuple[float, float]] = []
     for tolerance in _tolerances(trials):

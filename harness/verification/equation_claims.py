@@ -40,7 +40,7 @@ MOST_CALLS = 10**5
 SWINGS = 4
 """Least number of steps of an oscillator whose stiffness depends on the time: long steps show a stage at a wrong time."""
 FREQUENCIES = np.array([1.0, 2.0, 3.0])
-"""Of the springs, or of the forces, along the axes of space: each differs, so that no axis can stand for another."""
+"""Frequencies of the springs, or of the forces, along the three axes: different ones, so that exchanged axes show."""
 COUNTS = 2 ** np.arange(4, 12)
 """Numbers of steps in a time of 1; the finest show a time that is wrong by its fifth digit."""
 STARTS = np.array([[-1.0, 2.0, -0.5, 1.0, 0.5, -2.0], [0.5, -0.75, 1.0, 1.0, 0.25, -0.5]])
@@ -52,7 +52,7 @@ SUMMED = 2**12
 
 
 def leaves(t: Any, place: Values, parameters: Values) -> Values:
-    """Acceleration of a motion that ends: from q = 1 at rest, q is 0 before t = 1.5, where the root has no value."""
+    """q'' = -1 - q sqrt(q): from rest at q = 1, q falls below 0 before t = 1.5. There the root has no value: the motion ends."""
     (q,) = place
     return (-1 - q * sqrt(q),)
 
@@ -82,7 +82,7 @@ def swing(t: Any, place: Values, parameters: Values) -> Values:
 
 
 def steady(t: Any, place: Values, parameters: Values) -> Values:
-    """A constant acceleration. A 2^-12th of 2/3, added to a velocity from 1 to 2, loses a third of an ulp."""
+    """A constant acceleration. Each sum of 2/3 2^-12 and a velocity between 1 and 2 loses a third of an ulp."""
     (q,), (acceleration,) = place, parameters
     return (acceleration + 0 * q,)
 
@@ -99,7 +99,7 @@ def _zeros(variables: int) -> str:
 
 
 def takes_plain(trials: Trials) -> str | None:
-    """The reason why the integrator takes no equations that a claim writes; None if it takes them."""
+    """The reason why the integrator does not accept the equations of a claim; None if it accepts them."""
     if isinstance(trials.integrator, FmuIntegrator):
         return "an FMU has its own equations"
     return None if {FirstOrder, SecondOrder} & set(trials.integrator.accepts) else "it takes no plain equations"
@@ -116,7 +116,7 @@ def takes_velocities(trials: Trials) -> bool:
 
 
 def plain_form(trials: Trials, acceleration: Callable[[Any, Values, Values], Values]) -> Form:
-    """Accelerations as they are where the integrator accepts them, else as equations of first order."""
+    """A form with these accelerations: of second order if the integrator accepts it, else of first order."""
     form = SecondOrder(acceleration)
     return form if takes_accelerations(trials) else first_order(form) or form
 

@@ -83,7 +83,7 @@ def description(line: str) -> Description:
 
 @cache
 def _check_of_descriptions() -> tuple[Callable[[Any], Any], type[Any]]:
-    """A function that raises the exception beside it for a description that the schema does not admit."""
+    """(function, exception): the function raises the exception for a description that violates the schema."""
     import fastjsonschema  # slow to load: only where a program describes itself
 
     schema = json.loads((files("gnomon.harness.verification") / "protocol.schema.json").read_text("utf-8"))
@@ -157,6 +157,7 @@ def _states(given: Any, shape: tuple[int, int], complete: bool) -> Floats:
 
 
 def _number(value: Any, name: str) -> float:
+    """A number, or a text of SPECIAL or of hexadecimal digits. Raises Unusable, with `name`, for another value."""
     if isinstance(value, str):
         if value in SPECIAL:
             return SPECIAL[value]
@@ -174,29 +175,33 @@ def _number(value: Any, name: str) -> float:
 
 
 def _encode(value: float) -> float | str:
+    """The number, or its name if JSON has no such number."""
     return value if math.isfinite(value) else repr(value)
 
 
 def _object(line: str) -> dict[str, Any]:
+    """The JSON object in a line of a program. Raises Unusable if the line is not a JSON object."""
     try:
-        found = json.loads(line, parse_constant=_constant)
+        value = json.loads(line, parse_constant=_constant)
     except RecursionError:
         raise Unusable("wrote JSON that is nested too deeply") from None
     except ValueError as error:
         raise Unusable(
             f"wrote {short(line)}, which is not JSON ({error}); standard output is for replies, standard error for all else"
         ) from None
-    if not isinstance(found, dict):
-        raise Unusable(f"wrote {short(found)}: a reply is a JSON object")
-    return found
+    if not isinstance(value, dict):
+        raise Unusable(f"wrote {short(value)}: a reply is a JSON object")
+    return value
 
 
 def _constant(name: str) -> NoReturn:
+    """Refuse NaN and Infinity, which Python's reader would accept."""
     raise ValueError(f'{name} is not JSON: write "nan", "inf" or "-inf" in quotes')
 
 
-def _text(found: Mapping[str, Any], key: str) -> str:
-    value = found.get(key)
+def _text(reply: Mapping[str, Any], key: str) -> str:
+    """The text under a key. Raises Unusable for another value."""
+    value = reply.get(key)
     if not isinstance(value, str):
         _wrong(key, value, "it is a text")
     return value
@@ -207,6 +212,7 @@ def _wrong(key: str, value: Any, rule: str) -> NoReturn:
 
 
 def _name_by_number(problem: Problem) -> Names:
+    """Coordinates y1, y2, ... and parameters p1, p2, ..."""
     return Names(
         "", *(_number_names(letter, n) for letter, n in (("y", problem.dimension), ("p", len(problem.parameters))))
     )

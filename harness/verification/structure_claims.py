@@ -18,18 +18,20 @@ DIFFERENCE = 2.0**-17
 """Relative distance of central differences, extrapolated with twice the distance. Rounding leaves about 1e-11,
 truncation less, even near a pericentre, where third derivatives are a thousand times as large."""
 DECLINED = 6
-"""Number of steps, each half of the one before, at which an integrator may decline or not converge."""
+"""Number of step sizes that are tried, each half of the one before, while an integrator declines or does not converge."""
 STEPS = 4
 """Number of steps whose map is differentiated."""
 SYMPLECTIC = 1e-7
-"""Ten thousand times the error of one difference, for products and for the growth of rounding in four steps."""
+"""Largest defect: ten thousand times the error of a difference, for the products and the growth of rounding in STEPS."""
 HIGH = 8
-"""The order that is assumed of a method without one, for the fall of its defects."""
+"""The order that is assumed for a method without a declared one."""
 ROUNDINGS = 64
 """Largest number of roundings in a step that change an invariant: stages, iterations and sums."""
 
 
 def _declares(word: str, more: Callable[[Trials], str | None] = lambda trials: None) -> Callable[[Trials], str | None]:
+    """A function that gives the reason why a claim does not apply: `word` is not declared, a tolerance, events, or `more`."""
+
     def applies(trials: Trials) -> str | None:
         if word not in trials.integrator.conserves:
             return f"it does not declare {word}"
@@ -97,13 +99,19 @@ def _momenta(trials: Trials) -> list[str]:
     ]
 
 
-@claim("momentum", _declares("momentum", _has_momentum))
-def _momentum(trials: Trials) -> Finding:
+def _check_invariants(trials: Trials, names: Sequence[str], what: str, carried: float = 1.0) -> Finding:
+    """Whether the drift of these invariants is within the rounding of all steps."""
+
     def drift(states: Floats) -> float:
         drifts = trials.scorer.drift(states)
-        return max(float(np.max(drifts[name])) for name in _momenta(trials))
+        return max(float(np.max(drifts[name])) for name in names)
 
-    return _check_kept(trials, drift, "momentum kept")
+    return _check_kept(trials, drift, what, carried)
+
+
+@claim("momentum", _declares("momentum", _has_momentum))
+def _momentum(trials: Trials) -> Finding:
+    return _check_invariants(trials, _momenta(trials), "momentum kept")
 
 
 def _energies(trials: Trials) -> list[str]:
@@ -115,9 +123,10 @@ def _has_energy(trials: Trials) -> str | None:
 
 
 def carry_roundings(trials: Trials, names: Sequence[str]) -> float:
-    """The largest change of invariants, relative to their sizes, over the relative rounding of the states that causes it.
+    """The largest factor by which a relative rounding of the states changes an invariant, relative to the invariant's size.
 
-    Each component rounds by the size that its group has at this time: a small component may be a sum of larger ones.
+    The rounding of a component is relative to the size of its group at this time: a small component may be a sum of larger
+    numbers.
     """
     exact, groups = trials.reference.exact, trials.scorer.metric.groups
     total = {name: np.zeros(len(exact)) for name in names}
@@ -135,16 +144,11 @@ def carry_roundings(trials: Trials, names: Sequence[str]) -> float:
 @claim("energy", _declares("energy", _has_energy))
 def _energy(trials: Trials) -> Finding:
     names = _energies(trials)
-
-    def drift(states: Floats) -> float:
-        drifts = trials.scorer.drift(states)
-        return max(float(np.max(drifts[name])) for name in names)
-
-    return _check_kept(trials, drift, "energy kept", carry_roundings(trials, names))
+    return _check_invariants(trials, names, "energy kept", carry_roundings(trials, names))
 
 
 def _check_kept(trials: Trials, departure: Callable[[Floats], float], what: str, carried: float = 1.0) -> Finding:
-    """Whether the largest departure of the states is within the rounding of all steps, each `carried` to it."""
+    """Whether the largest `departure` of states (samples, dim) is within the rounding of all steps, times `carried`."""
     answers = (trials.whole(setting) for setting in trials.settings[:DECLINED])
     usable = (a for a in answers if a.states is not None and not math.isnan(a.error))
 
@@ -162,7 +166,7 @@ def _has_form(kind: type) -> Callable[[Trials], str | None]:
 
 
 def from_rotations(states: Floats) -> float:
-    """The largest difference between R R^T and one, for states (n, 12) of a rigid body."""
+    """The largest element of R R^T - 1, for states (n, 12) of a rigid body."""
     rotations = states[:, 3:].reshape(-1, 3, 3)
     return float(np.max(np.abs(rotations @ rotations.transpose(0, 2, 1) - np.eye(3))))
 
@@ -216,10 +220,10 @@ class _Defect:
 
 
 def _at_the_longest(trials: Trials, defects: Iterator[_Defect], what: str) -> Finding:
-    """The finding at the longest step, or at a half of it and so on, while iterations do not converge.
+    """The finding at the longest step; at half of it, and so on, as long as the iterations of a step do not converge.
 
-    Half the step reduces the defect of a method by at most 2^(2 order + 1). A larger fall shows that iterations had not
-    converged.
+    Half the step reduces a defect by at most 2^(2 order + 1) if iterations converge. A larger fall shows that they did not
+    converge before.
     """
     first = before = next(defects, None)
     if first is None or before is None:

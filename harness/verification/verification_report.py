@@ -135,7 +135,7 @@ def lines(report: Report, known: Known, how: str) -> list[str]:
 
 
 def gaps(report: Report, known: Known) -> list[str]:
-    """Why an integrator in which nothing failed does not count as verified, a line each."""
+    """The reasons, a line each, why an integrator without failures does not count as verified."""
     return [f"not verified: {gap}" for gap in report.gaps()] if exit_code(report, known) == NOT_VERIFIED else []
 
 

@@ -48,7 +48,7 @@ def engine(
 
 
 def _wrap(text: str, width: int) -> list[str]:
-    """The lines of a text that begins with its indent."""
+    """Wrap a text: the lines that continue a long line have its indent and either `# `, for a comment, or 4 spaces more."""
     if len(text) <= width:
         return text.split("\n")
     indent = text[: len(text) - len(text.lstrip(" "))]

@@ -184,11 +184,11 @@ def round_table(table: Table, double: Callable[[Any], float] = nearest_double) -
 
 
 def keep_table(name: str, modules: Sequence[str], build: Callable[[], Floats]) -> Floats:
-    """A table that is kept on disk, under its name and the source of the modules that compute it."""
-    made_of = closure(__name__, *modules, within=())
-    if made_of is None:
+    """The table from the disk, or else by `build`, which the disk then keeps until a source of `modules` changes."""
+    sources = closure(__name__, *modules, within=())
+    if sources is None:
         return build()
-    return diskcache.cached(f"table {name} {made_of}", lambda: diskcache.Entry({"rows": build()})).arrays["rows"]
+    return diskcache.cached(f"table {name} {sources}", lambda: diskcache.Entry({"rows": build()})).arrays["rows"]
 
 
 def reason(stop: NDArray[np.int64]) -> str | None:

@@ -70,8 +70,9 @@ def locate(
 ) -> float:  # fmt: skip
     """The step length in (0, h] at which a guard crosses zero, to round-off (Chandrupatla 1997).
 
-    `before` >= 0 and `after` <= 0 are the guard's values at 0 and h. If the guard is zero at 0, it rises first: the
-    bracket is halved until its lower end lies beyond this zero.
+    `before` >= 0 and `after` <= 0 are the guard's values at the steps 0 and h. A guard that is zero at 0 rises first: the
+    bracket is halved until the guard is positive at its lower end. `one_step` computes the states in between from y; the
+    state at the last step that was tried is left in `out`.
     """
     low, high = 0.0, h
     while before <= 0.0:

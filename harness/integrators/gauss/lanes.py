@@ -38,6 +38,7 @@ def _emit(kind: str, operation: str, *given: Any) -> Any:
 
 
 def _vectors(*given: Any) -> list[Any]:
+    """The arguments as vectors of the emitted code: a number fills all lanes."""
     return [convert(x, VECTOR) for x in given]
 
 
@@ -97,6 +98,7 @@ def fma(a: Lanes, b: Lanes, c: Lanes) -> Lanes:
 
 
 def _halves(x: Any) -> tuple[Any, Any]:
+    """(high, low): x as the exact sum of two halves, see SPLITTER."""
     high = SPLITTER * x - (SPLITTER * x - x)
     return high, x - high
 

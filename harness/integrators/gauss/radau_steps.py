@@ -244,7 +244,10 @@ def is_finite(values: Any) -> bool:
 
 
 def factor_shifted(partial: Any, h: Any, table: Any, real: Any, pivots: Any, both: Any, pivots_both: Any) -> bool:
-    """Factor gamma/h - J and (alpha + i beta)/h - J; False if one of them is singular."""
+    """Factor gamma/h - J into `real`, and (alpha + i beta)/h - J into `both`, with their pivots; False if one is singular.
+
+    `partial` (dim * dim,) is the Jacobian J row by row, and gamma, alpha, beta are the eigenvalues in `table`.
+    """
     n = DIMENSION or pivots.size
     gamma, alpha, beta = table[EIGENVALUES, 0] / h, table[EIGENVALUES, 1] / h, table[EIGENVALUES, 2] / h
     for i in range(n):

@@ -224,7 +224,10 @@ def midpoint(
 
 
 def extrapolate(j: int, table: Any, now: Any, columns: Any) -> None:
-    """Replace the last row of the table of Aitken and Neville by the next row, columns 0 to j."""
+    """Replace row j - 1 of the scheme of Aitken and Neville, in `columns` (:, dim), by row j, which begins with `now` (dim,).
+
+    The factors `table`[j] belong to the numbers of substeps.
+    """
     for i in range(now.size):
         value = now[i]
         for m in range(j):

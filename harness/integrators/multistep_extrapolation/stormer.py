@@ -123,14 +123,20 @@ class Stormer(FixedStep):
 
 @cache
 def stormer_weights(count: int) -> tuple[Fraction, ...]:
-    """Weights of the differences 0 to count - 1 of a_n in q_n+1 - 2 q_n + q_n-1 = h^2 sum, exact for polynomials."""
+    """The weights s_m of Störmer's method, q_n+1 - 2 q_n + q_n-1 = h^2 sum of s_m D_m over m < count.
+
+    D_m is the difference of order m of the accelerations a_n, a_n-1, ... The method is exact for polynomials.
+    """
     logarithm = reciprocal([Fraction(1, j + 1) for j in range(count)])
     return tuple(times(times(logarithm, logarithm), [Fraction(1)] * count))
 
 
 @cache
 def adams_weights(count: int) -> tuple[Fraction, ...]:
-    """Weights of the differences 0 to count - 1 of a_n+1 in v_n+1 - v_n = h sum, exact for polynomials."""
+    """The weights c_m of the implicit Adams method, v_n+1 - v_n = h sum of c_m D_m over m < count.
+
+    D_m is the difference of order m of the accelerations a_n+1, a_n, ... The method is exact for polynomials.
+    """
     return tuple(reciprocal([Fraction(1, j + 1) for j in range(count)]))
 
 

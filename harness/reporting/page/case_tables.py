@@ -36,7 +36,7 @@ Tables = dict[str, dict[str, str]]
 
 
 def way(name: str) -> str:
-    """What a time of this integrator includes, in words; empty for one that the run was given."""
+    """How an integrator evaluates the equations, which is part of its times, in words; "" for a user's own integrator."""
     library, _, method = name.partition(":")
     if library == OURS:
         return WAYS["compiled"]

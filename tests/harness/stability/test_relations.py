@@ -9,7 +9,14 @@ import right_methods
 from gnomon.harness.contract import validation
 from gnomon.harness.contract.integrator import Integrator, Steps
 from gnomon.harness.registry.lookup import find_one
-from gnomon.harness.stability.relations import TEXTS, compare_solutions, list_related, relations, reversal, usual
+from gnomon.harness.stability.relations import (
+    TEXTS,
+    choose_setting,
+    compare_solutions,
+    list_related,
+    relations,
+    reversal,
+)
 from gnomon.harness.stability.subjects import trials_of
 from gnomon.harness.verification.function_adapter import from_step
 from planted_steps import drops_small_increments, first_component_by_euler, increment
@@ -45,7 +52,7 @@ def made(step: Callable[..., Any]) -> Integrator:
 
 def found(integrator: Integrator, name: str) -> dict[str, Any]:
     trials = trials_of(integrator, "two_body")
-    setting = float(trials.problem().interval * STEP) if trials.steps else usual(trials)
+    setting = float(trials.problem().interval * STEP) if trials.steps else choose_setting(trials)
     return compare_solutions(trials, trials.whole(setting), list_related(trials, setting)[name])
 
 
@@ -112,7 +119,7 @@ def test_errors_at_round_off_grow_with_the_numbers_far_from_the_origin() -> None
 )
 def test_symmetric_methods_return_and_others_do_not(name: str, returns: bool) -> None:
     trials = trials_of(find_one(name), "two_body")
-    assert (reversal(trials, usual(trials)) or {})["round_off"] is returns
+    assert (reversal(trials, choose_setting(trials)) or {})["round_off"] is returns
 
 
 def test_a_fault_of_verlet_shows_when_the_motion_is_reversed() -> None:
