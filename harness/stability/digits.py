@@ -209,7 +209,7 @@ def count_lost(trials: Trials, seconds: float) -> dict[str, Any]:
     """The digits lost at the setting with the smallest error; cheap settings are solved first, while time is left.
 
     The row has the numbers of `settings` solved and `of` all. `lost` is an upper bound if the sweep is not `complete`
-    or not `find_levelled`, and None if no setting is accurate; `failed` then says why.
+    or not `levelled`, and None if no setting is accurate; `failed` then says why.
     """
     conditioning, settings = trials.conditioning(), trials.settings
     answers: list[Answer] = []

@@ -52,7 +52,7 @@ class Panel:
 
     `applies` returns why a panel is not measured for an integrator, or None if it is. `measure(integrator, seconds)`
     spends about `seconds` of processor time and returns data for JSON: numbers, strings, lists and dictionaries of
-    them. It may raise the exceptions of the integrator; `measured` never does. `sentences` makes advice of such data:
+    them. It may raise the exceptions of the integrator; the method `measured` never does. `sentences` makes advice of such data:
     "use it for ..." and "not for ...", each with its number. `marks` makes the marks of the figure, which has
     `columns`.
     """

@@ -105,7 +105,7 @@ def _launch(sides: Sequence[ProgramProcess], other: Other, **request: Any) -> di
 
 
 def _list_loaded(present: ProgramProcess, before: ProgramProcess, other: Other) -> str:
-    """The files that both processes imported, as text. Raises ValueError unless they belong to two versions."""
+    """The files that both processes imported, as text. Raises ValueError if both are of one version."""
     now, then = (_ask(side, other, package=other.name, modules=other.modules) for side in (present, before))
     if not now["files"] or not then["files"]:
         raise ValueError(f"--against {other.label}: the integrator does not import {' or '.join(other.modules)}")

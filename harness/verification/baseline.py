@@ -38,7 +38,7 @@ RUNS = 16
 RANGES = {"error": "errors", "rhs": "right-hand sides", "steps": "steps"}
 ENDS = ("low", "high")
 NOISE = 0.01
-"""Share by which counts may differ between builds of the same code; .3 % was observed."""
+"""Largest relative difference of counts between two builds of equal code; 0.3 % was observed."""
 CONDITIONED = 10.0
 """Another compiler or library changes an error by at most this many times the conditioning (effect of half an ulp)."""
 

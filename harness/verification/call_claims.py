@@ -116,7 +116,7 @@ def _tolerance(trials: Trials) -> str | None:
 def _tolerance_effect(trials: Trials) -> Finding:
     """The states at the loosest and the tightest tolerance must differ.
 
-    If every step ends at a sample, equal states are compared again with the last sample alone.
+    If every step ends at a sample, equal states are compared again with the end of the span as the only sample.
     """
     solved = [answer for answer in trials.answers() if not answer.declined]
     if len(solved) < 2:

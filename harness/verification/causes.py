@@ -1,9 +1,9 @@
-"""The likely causes of wrong states of a case: what to change, and the error that would be left.
+"""The likely causes of wrong states of a case: the mistake, and the error that would be left without it.
 
-Each hypothesis undoes one common mistake, in the states or in the exact motion that they are compared with. It is a cause
-only if little of the error is left. The error of a right method differs from the mistakes tried here: a fitted number
-counts only if it leaves little beside the change that it stands for, because a method of order p has errors of h^p in the
-shape of a motion as in its rates.
+Each hypothesis undoes one common mistake, in the states or in the exact motion with which the states are compared. It is a
+cause only if the error that is left is small. A hypothesis with a fitted number is a cause only if the error that is left is
+also small compared with the change by this number: a correct method of order p has errors of h^p in the amplitudes of a
+motion and in its frequencies, and a fitted number would explain only one of the two.
 """
 
 from __future__ import annotations
@@ -31,16 +31,16 @@ NEAR = 0.05
 SIZE = 0.1
 """A cause leaves an error below this share of the size of the motion: a motion that diverged fits anything."""
 LEAST = 1e-9
-"""Errors below are not explained: other motions are computed to about this error."""
+"""Smaller errors are not explained: other motions are computed with about this error."""
 SNAPPED = 0.02
 """A fitted factor is a factor of `FACTORS` if it is within this share of it."""
 OTHER_FACTOR, OTHER_RATE = 0.01, 0.1
-"""A factor, and a rate of the time, that no list has is named if it differs from 1 by more than this: a right method at a
-step that anybody uses errs by less in its period."""
+"""A factor, or a rate of the time, that is in no list is named if it differs from 1 by more than this. The period of a correct
+method at a practical step has a smaller error."""
 OFFSET = 0.05
 """A constant offset is named if it is larger than this share of the size of a coordinate."""
 ALIKE, TIED = 3.0, 1e-5
-"""Causes that leave up to ALIKE times the least error are named too, and those that leave as little as TIED of the error."""
+"""A cause is named if it leaves at most ALIKE times the error that the best cause leaves, or at most the share TIED of the error."""
 FACTORS = {
     180 / math.pi: "degrees for radians",
     math.pi / 180: "radians for degrees",
@@ -94,9 +94,10 @@ GRAVITY = {"9.8": 9.8, "9.81": 9.81, "9.80665": 9.80665, "10": 10.0, "9.78": 9.7
 DIGITS = (1, 2, 3)
 """Significant digits to which people round a parameter."""
 MOST_SCALES = 25.0
-"""Other motions are computed over at most so many time scales of the motion: that is enough to tell."""
+"""Largest number of time scales over which other motions are computed: a longer span does not tell more."""
 MOST_CALLS, TIMES_CALLS, BEYOND = 30_000, 3, 1.3
-"""Right-hand sides of the motion itself; of another motion so many times its number. It is known BEYOND the horizon."""
+"""Most right-hand sides of the motion itself; of another motion, as a multiple of them. BEYOND: factor of the horizon up to
+which the motion is known."""
 RTOL, ATOL = 1e-10, 1e-11
 OF_EQUATIONS = ("exchanged", "parameter", "inertia", "start", "damping", "period")
 """The kinds of causes that lie in equations, parameters and start."""
@@ -105,7 +106,7 @@ FEWEST = 4
 SCREEN, OPEN = 8, 0.3
 """Another motion is computed to its end only if, in the first part of SCREEN, it leaves less than the share OPEN."""
 SEEN = 1e3
-"""Errors in the first part below so many LEAST do not tell."""
+"""The first part decides only if its errors are larger than SEEN times LEAST."""
 SETTLED = 0.01
 """If a mistake in states or times leaves less than this share of the error, no other motion is computed."""
 ROUNDS = 6
@@ -117,7 +118,7 @@ Rows = NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class Cause:
-    """A likely cause. `kind`: a word; `text`: what is wrong; `left`: the error that is left without it, of `error`."""
+    """A likely cause. `kind`: a word; `text`: the mistake; `error`: the error; `left`: the error without the mistake."""
 
     kind: str
     text: str
@@ -130,7 +131,7 @@ class Cause:
 
 @dataclass(frozen=True)
 class Explained:
-    """States beside exact states, both (n, dim), that agree if a hypothesis holds, in the rows `rows` (n,)."""
+    """A hypothesis: `states` (n, dim), corrected for a mistake, should agree with `exact` (n, dim) in the rows `rows` (n,)."""
 
     kind: str
     text: str
@@ -192,9 +193,9 @@ def causes(
 
 
 def name_low_order(points: Sequence[tuple[float, float]], order: int) -> Cause | None:
-    """The cause if errors fall more slowly with the step than the order says. `points`: (step, error), longest first.
+    """The cause if errors fall more slowly with the step than the order. `points`: (step, error), longest step first.
 
-    What is left is the error of the finest step if the errors fell with this order.
+    The error that is left is the error of the finest step if errors fell with the order from the step before.
     """
     if len(points) < 2 or not all(error > 0 for _, error in points[-2:]):
         return None

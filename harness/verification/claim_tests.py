@@ -102,7 +102,7 @@ def claim_tests(
 ) -> list[ClaimTest]:
     """The tests of the claims about an integrator, case by case; arguments and errors as in `verify.verify`.
 
-    `how` is as in `ClaimTest`. Also raises ValueError if no case offers a form that the integrator accepts.
+    For `how` see `ClaimTest`. Also raises ValueError if no case offers a form that the integrator accepts.
     """
     found = [
         ClaimTest(integrator, case, claim, DEPTHS[depth], how)

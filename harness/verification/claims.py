@@ -28,8 +28,8 @@ class Outcome(StrEnum):
 class Finding:
     """The outcome of a claim on one case, with details.
 
-    A failure has the setting, the expected and the actual result, and in `why` the reason for the claim. For a claim
-    that does not apply, or that was not checked, `why` says why not.
+    A failure has the setting, the expected and the actual result, and in `why` the reason for the claim. If a claim does
+    not apply, or was not checked, `why` is the reason for that.
     """
 
     outcome: Outcome

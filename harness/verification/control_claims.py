@@ -27,17 +27,17 @@ MOST_CALLS = 600
 FEW, MANY = 8, 2048
 """Numbers of samples: about one in four steps, and tens in each step."""
 FIRST_FREQUENCY, LEAST_FREQUENCY, MOST_FREQUENCY = 8.0, 1.0, 64.0
-"""Of the wave: the first one counts the steps, from which the frequency of the others follows."""
+"""Frequencies of the wave. The steps at the first one give the frequency of the other waves, within the limits."""
 WANTED, CALLS = 32, 3
-"""Number of steps in the span of the wave, and right-hand sides that are taken for a step where steps are not counted."""
+"""Desired number of steps in the span of the wave; assumed right-hand sides in a step if steps are not counted."""
 SPAN = 2.0
 """The wave's times are from 0 to 2: its period at the end is three times the period at the start."""
 WORSE = 10.0
 """Largest ratio of the error at many samples to the error at few."""
 RESOLVED = 20
-"""Least number of samples in a step at which a jump is told from a smooth error."""
+"""Least number of samples in a step that distinguishes a jump from a smooth error."""
 JUMP = 0.5
-"""Largest change of the error from sample to sample, as a share of the largest error."""
+"""Largest change of the error between neighbouring samples, as a share of the largest error."""
 VARIABLES, FREQUENCY, END = 6, 20.0, 0.5
 """Number of variables (positions, for accelerations), frequency of the fast one, end time: 1.6 periods."""
 SLOW = 0.1
@@ -47,7 +47,7 @@ LARGE = 1000.0
 GROWTH = math.e
 """The largest growth of an error in these variables: exp(p/20 (sin - sin)), p/20 = 1/2; 1 for oscillators."""
 APART = 10.0
-"""Largest ratio of the errors in two arrangements of the same variables."""
+"""Largest ratio of the errors when equal variables are arranged in two ways."""
 
 
 def wave(t: Any, place: Values, parameters: Values) -> Values:
@@ -88,7 +88,7 @@ def _waves(trials: Trials, frequency: float) -> _Motion:
 
 
 def _usable(trials: Trials, solve: Callable[[float], Solved]) -> tuple[float, Solved]:
-    """(tolerance, outcome there): the tight tolerance, or the loose one where that takes many right-hand sides."""
+    """(tolerance, its outcome): the tight tolerance, or the loose one if it already takes many right-hand sides."""
     loose, tight = (min(trials.settings, key=lambda s: abs(math.log(s / wanted))) for wanted in (LOOSE, TIGHT))
     found = solve(loose)
     return (loose, found) if MOST_CALLS < _steps(found, 1) < math.inf else (tight, solve(tight))
@@ -105,9 +105,10 @@ def _steps(found: Solved, calls: int = CALLS) -> float:
 
 
 def _resolve_wave(trials: Trials) -> tuple[float, _Motion | None]:
-    """(tolerance, motion): a wave of so many steps as are wanted; without a solution of it, an eighth of the case's span.
+    """(tolerance, motion): a wave of about WANTED steps, or an eighth of the case's span if there is no solution of a wave.
 
-    A program may know cases by their names only. None if the case has events, between which a motion has corners.
+    A program, for example, may know cases only by their names. The motion is None if this case has events, as a motion has
+    corners there.
     """
     tolerance = TIGHT
     if takes_plain(trials) is None:
@@ -126,9 +127,9 @@ def _resolve_wave(trials: Trials) -> tuple[float, _Motion | None]:
 
 @claim("many_samples", _tolerance, once=True)
 def _many_samples(trials: Trials) -> Finding:
-    """Tens of samples in each step against one in several steps: the largest errors, and the changes between samples.
+    """Whether tens of samples in each step have errors as small as one sample in several steps, and errors without jumps.
 
-    If each sample takes a step of its own, the many are compared with the error of the last sample alone.
+    If each sample ends a step, the errors of many samples are compared with the error of a single sample at the end.
     """
     tolerance, motion = _resolve_wave(trials)
     if motion is None:
@@ -162,7 +163,7 @@ def _many_samples(trials: Trials) -> Finding:
 
 @dataclass(frozen=True)
 class _Arrangement:
-    """The places of the fast variables, and the sizes of all, with signs."""
+    """The places of the fast variables, and the sizes of all variables, with their signs."""
 
     fast: tuple[int, ...]
     sizes: tuple[float, ...]
@@ -199,7 +200,7 @@ def _separate(accelerations: bool) -> Form:
 
 
 def _solve_arranged(trials: Trials, arrangement: _Arrangement, tolerance: float) -> tuple[Solved, float, float]:
-    """(outcome, error of the fast variables at the end, largest number of the state there or at the start)."""
+    """(outcome, error of the fast variables at the end, largest number of the state at the start or at the end)."""
     accelerations, sizes = takes_accelerations(trials), np.array(arrangement.sizes)
     fast = np.isin(PLACES, arrangement.fast)
     if accelerations:
@@ -223,7 +224,10 @@ def _solve_arranged(trials: Trials, arrangement: _Arrangement, tolerance: float)
 
 @claim("error_norm", lambda trials: _tolerance(trials) or takes_plain(trials), once=True)
 def _error_norm(trials: Trials) -> Finding:
-    """The error of one fast variable at each place, alone and beside a large one, and of two with opposite signs."""
+    """Whether the error of a fast variable is bounded and equal at each place, also beside a large variable.
+
+    A third group has two fast variables with opposite signs.
+    """
     tolerance, _ = _usable(trials, lambda tolerance: _solve_arranged(trials, ALONE[0], tolerance)[0])
     for group in (ALONE, BESIDE, OPPOSITE):
         errors = []

@@ -40,7 +40,7 @@ from gnomon.harness.verification.quadrature_claim import is_right_at_end
 from gnomon.harness.verification.structure_claims import from_constraint, from_rotations
 
 MOST = 0.9
-"""A shift in time of its own explains each sample if it leaves less than the share NEAR of the error, for the share MOST."""
+"""The samples are late if, for this share of them, some shift in time of the sample leaves less than NEAR of its error."""
 FLAT = 1.3
 """Errors that fall by less than this between settings do not fall: half the step should give 2^(1/2) or more."""
 FLOOR = 3.0
@@ -156,7 +156,7 @@ def rotation(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def probe(trials: Trials) -> Facts:
-    """Facts from small problems of their own. A probe that the integrator does not solve says nothing."""
+    """Facts from solving small problems. A problem that the integrator does not solve gives no fact."""
 
     def solve(equations: Callable[[Any, Values, Values], Values], step: float, *parameters: float) -> Floats:
         problem = Problem(FirstOrder(equations), 2, np.array(parameters), np.array([step]), 1.0)
@@ -206,7 +206,7 @@ def _bits(states: Floats) -> str:
 
 
 def _is_mixed(trials: Trials, setting: float) -> bool:
-    """Whether a motion solved together with others differs by far more than its error from the motion solved alone."""
+    """Whether a solution among three starts differs from the solution of one start by far more than its error."""
     alone = trials.whole(setting)
     starts = np.array([trials.reference.exact[8], trials.start, trials.reference.exact[16]])
     with trials.prepared(trials.problem(), setting) as solver:
@@ -235,7 +235,7 @@ def _is_halved(trials: Trials) -> bool:
 
 
 def _is_late(trials: Trials, answer: Answer) -> bool:
-    """Whether most states each fit the exact motion at a later time of its own, up to a small part of the error."""
+    """Whether most states are exact states of a later time, which differs from state to state, up to a small error."""
     times, exact, sample = trials.reference.times, trials.reference.exact, trials.case.sample
     little = float(trials.problem().interval) * 2.0**-10
     weights = 1 / np.maximum(np.max(np.abs(exact), axis=0), 1e-300)
@@ -252,7 +252,7 @@ def _is_late(trials: Trials, answer: Answer) -> bool:
 
 
 def _explain_departure(trials: Trials, answer: Answer) -> str | None:
-    """How the states violate a rotation or constraint that the method declares to keep; None if they keep it."""
+    """The violation, in words, of a rotation or constraint that the method declares to keep; None if it is kept."""
     states, form, kept = np.asarray(answer.states), trials.form, trials.integrator.conserves
     if isinstance(form, RigidBody) and "attitude" in kept and from_rotations(states) > LEFT:
         return "its attitudes are not rotations"
@@ -262,7 +262,7 @@ def _explain_departure(trials: Trials, answer: Answer) -> str | None:
 
 
 def _has_bumps(trials: Trials) -> bool:
-    """Whether errors over a short span fall again and again: accurate ends of steps, worse interpolation in between."""
+    """Whether errors over a short span rise and fall: small errors at ends of steps, large ones of the interpolant between."""
     for halvings in range(2, 9):
         for tolerance in trials.settings[len(trials.settings) // 2 :]:
             answer = trials.short(halvings, tolerance)
@@ -383,7 +383,7 @@ def _of_bits(failures: Failures, claims: set[str], found: Facts) -> str | None:
 
 
 def _of_iterations(failures: Failures, claims: set[str], found: Facts) -> str | None:
-    """An implicit method that is right on linear equations alone, on which Newton's iteration ends after one step."""
+    """The cause of an implicit method that is correct only on linear equations, where Newton's method needs one iteration."""
     autonomous = {name for name, case in failures.cases.items() if case.autonomous}
     of_formula = {claim for claim, case in failures.failed if case in autonomous and claim in ACCURACY | STRUCTURE}
     if not (found.get("implicit") and found.get("linear") and of_formula):

@@ -51,7 +51,7 @@ class EngineIntegrator(Integrator):
         return EngineIntegrator, (self.engine, self.path, self.declared)
 
     def versions(self) -> Mapping[str, Any]:
-        """A hash of the engine's module and of the modules that it imports beside it; "" if it has no file."""
+        """A hash of the engine's module and of the modules of its folder that it imports; "" if it has no file."""
         return {"engine": closure(self.path[0]) or ""}
 
     def unsupported(self, form: Form | SceneForm) -> str | None:
@@ -175,7 +175,7 @@ def check_readings(readings: Any, scene: Scene) -> Readings:
 
 
 def _numbers(values: Any, count: int, where: str, rule: str) -> None:
-    """Raise Unusable unless these are `count` numbers; nan and inf are numbers, of a motion that diverged."""
+    """Raise Unusable unless `values` are `count` numbers. nan and inf are allowed: the motion may have diverged."""
     try:
         right = len(values) == count and all(isinstance(x, Real) for x in values)
     except TypeError:

@@ -32,7 +32,7 @@ def preflight_rows(
     integrator : Integrator
         The engine.
     names : sequence of str, Case or ExactCase, or None
-        The cases of the pre-flight `acceleration`; None for all with a scene, at depth low for those of `CASES`.
+        The cases of the pre-flight `acceleration`; None for all cases with a scene, or for `CASES` at depth low.
     depth : {"low", "normal", "high"}
         As in `verify`.
     chosen : sequence of str or None

@@ -34,7 +34,7 @@ COARSE = 3
 on the place of an event in its step, and may be small at one step size. Order 1 is left out: events may be anywhere in
 their step."""
 UNRELATED = 2.0
-"""Largest distance of two states of the size of the motion: a bound of an error above it says nothing."""
+"""Largest distance of two states of the size of the motion. A larger bound of an error would allow any state."""
 SHARES = tuple(k / 32 for k in range(25, 32))
 """Shares of the short span: solutions over these lengths are fitted with solutions over all of it."""
 STEPS = 2**14

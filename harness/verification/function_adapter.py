@@ -296,7 +296,7 @@ def from_name(name: str) -> Integrator | None:
 
 @cache
 def _adapt_named(module: str, attribute: str) -> Integrator | None:
-    """The integrator of a plain function in a module, of which a worker process makes it again; None without one."""
+    """The integrator made from a plain function of a module, for a worker process; None if there is no such function."""
     try:
         with confined():
             function = getattr(importlib.import_module(module), attribute)

@@ -23,7 +23,7 @@ NOTICE_SECONDS = 10.0
 ENDING_SECONDS = 0.5
 """Seconds in which a program must end after its standard input is closed."""
 LAST_LINES, LAST_BYTES = 5, 2000
-"""The end of standard error that stands in a message: the reason of a program that stops."""
+"""Most lines and bytes from the end of standard error in a message: a program that stops gives its reason there."""
 
 
 class _Lines:
@@ -105,7 +105,7 @@ class ProgramProcess:
         return answer
 
     def _pass_errors(self) -> None:
-        """Write what the program wrote on standard error to ours, and empty the file."""
+        """Copy the standard error of the program to the standard error of this process, and empty the file."""
         if os.fstat(self._errors.fileno()).st_size:
             self._errors.seek(0)
             sys.stderr.write(self._errors.read().decode(errors="replace"))
@@ -113,7 +113,7 @@ class ProgramProcess:
             self._errors.truncate(0)
 
     def _last_lines(self) -> str:
-        """The end of what the program has written on standard error since its last answer."""
+        """The last lines that the program wrote on standard error since its last answer."""
         self._errors.seek(max(0, os.fstat(self._errors.fileno()).st_size - LAST_BYTES))
         lines = self._errors.read().decode(errors="replace").rstrip().splitlines()
         return "\n".join(lines[-LAST_LINES:])

@@ -1,8 +1,8 @@
 """The lines that gnomon and a program in any language exchange: one JSON object each, stated by `protocol.schema.json`.
 
-Messages of the program are data: their shape is verified here before they are used. A description is validated against the
-schema. A reply is not, as its validation belongs to the time of a call: the schema would take 6 ms for 64 states, the code
-here takes 0.1 ms. A test holds that both admit the same replies.
+Messages of the program are data, whose shape is verified here before they are used. The schema validates a description. It
+does not validate a reply, because that is part of the time of a call, and the schema would take 6 ms for 64 states where the
+code here takes 0.1 ms. A test holds that both accept equal replies.
 """
 
 from __future__ import annotations

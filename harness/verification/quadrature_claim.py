@@ -10,7 +10,7 @@ from gnomon.harness.measuring.trials import HALF_ULP, ROOT_OF_ULP, Trials
 from gnomon.harness.verification.claims import Finding, claim, fail_claim, not_applicable, pass_claim
 
 SAMPLES = 4
-"""Few samples make the steps long: the error of a coefficient shows beside few roundings."""
+"""Few samples make steps long and few: the error of a coefficient is then larger than the sum of the roundings."""
 CUBIC = 3
 """Largest degree in time: it tests the sum of the weights, the nodes, and their second and third moments."""
 HALVED = 6
@@ -84,7 +84,7 @@ def _quadrature(trials: Trials) -> Finding:
 
 
 def is_right_at_end(trials: Trials) -> bool:
-    """Whether the claim holds for the end of the time alone, to which the last step leads."""
+    """Whether the claim holds at the last sample, at which the last step ends, even if it fails at other samples."""
     error, allowed, why = _error(trials, trials.settings[0], end=True)
     return not why and error <= allowed
 

@@ -38,7 +38,8 @@ LENGTH, TIME = 2.0**10, 2.0**-5
 """Number of the new units in a metre and in a second: powers of two, which change no rounding. Lengths, velocities and
 rates become larger numbers, so that an absolute bound inside the integrator is tighter."""
 BACK, MOST_CALLS = 3, 100.0
-"""Fewest halvings of the span over which times fall, and the calls that this may take, as a multiple of those forward."""
+"""BACK: least number of halvings of the span that is solved backwards. MOST_CALLS: most calls of a backward solution, as a
+multiple of the calls of a forward one."""
 TENTH = 0.1
 """A second in units of 10 s: times and steps then round, as for most users; with powers of two they never do."""
 
@@ -88,7 +89,7 @@ def _smooth(trials: Trials) -> str | None:
 
 @claim("clock", _smooth)
 def _clock(trials: Trials) -> Finding:
-    """A later clock with a later start gives the same motion."""
+    """Whether the motion is equal if the times of the start and of all samples are later by a constant."""
     shifted = later(trials.problem())
     if shifted is None:
         return not_applicable("its sample times cannot be shifted exactly")
@@ -182,10 +183,10 @@ def _goes_back(trials: Trials) -> str | None:
 
 @claim("backward", _goes_back, once=True)
 def _backward(trials: Trials) -> Finding:
-    """From the exact state at the end of a part of the span, at times that fall to its start.
+    """Solve backwards in time: from the exact state at the end of a part of the span, at falling times, to its start.
 
-    A solver that is written for times that rise may return anything: it fails if its states are those of the motion that
-    goes on forward, or if it asked for derivatives at earlier times.
+    A solver that is written for rising times may return anything. It fails if its states continue the motion forward, or if
+    it asked for derivatives at earlier times.
     """
     for halvings in range(BACK, SHORTEST):
         ahead, setting = trials.problem(halvings), trials.usual()

@@ -78,9 +78,9 @@ def counts(report: Report, known: Known) -> dict[str, int]:
 
 
 def command(report: Report, row: Row, how: str) -> str:
-    """The command that verifies one claim on one case and draws a failure; `how` names the integrator there.
+    """The command that verifies one claim on one case and draws a failure; `how` is its name of the integrator.
 
-    If solutions depend on earlier calls, a claim may fail only after others: the command then verifies all claims.
+    If solutions depend on earlier calls, a claim may fail only after other claims, so the command verifies all claims.
     """
     if row.claim in preflight.TEXTS:
         return f"gnomon verify {how} --claim {row.claim}" + f" --case {row.case}" * (

@@ -147,11 +147,11 @@ class Report:
     diagnosis : str, optional
         The likely cause of all failures, as ``id: sentence``; None without failures or without a known cause.
     notes : tuple of str
-        Sentences beside the claims, such as the change of the energy at practical steps; none is a failure.
+        Further results in sentences, such as the change of the energy at practical steps. They are not failures.
 
     Examples
     --------
-    >>> report = Report("mine:Euler", "low", [Row("order", "pendulum_simple", passed("1.00"))])
+    >>> report = Report("mine:Euler", "low", [Row("order", "pendulum_simple", pass_claim("1.00"))])
     >>> report.checked, len(report.of(Outcome.FAILED))
     (1, 0)
     """
@@ -189,10 +189,10 @@ class Report:
         return len(self.of(Outcome.PASSED)) + len(self.of(Outcome.FAILED))
 
     def gaps(self) -> list[str]:
-        """What must still be checked before the integrator counts as verified, each a sentence; failures are no gaps.
+        """The checks that are missing before the integrator counts as verified, a sentence each. A failure is not a gap.
 
-        The claims that the user named; else, on each case that was named, or that the integrator accepts, `FOLLOWS` and
-        a claim of `ACCURACY`. A hard variant that the user did not name may have no solution.
+        All claims that the user named must be checked. If the user named none, each named or accepted case needs `FOLLOWS`
+        and a claim of `ACCURACY`, except hard variants without a solution that the user did not name.
         """
         if self.claims:
             return [gap for name in self.claims for gap in self._gaps_of_claim(name)]
@@ -250,7 +250,7 @@ def verify(
     integrator : Integrator
         The integrator to verify.
     names : sequence of str, Case or ExactCase, optional
-        Cases by name, as ``case`` or ``case/variant``, or as `gnomon.case` gives them; by default those of the depth.
+        Cases by name, as ``case`` or ``case/variant``, or as `gnomon.case` gives them; by default the cases of the depth.
     depth : {"low", "normal", "high"}
         The number of cases and the shortest steps.
     claims : sequence of str, optional
@@ -526,7 +526,7 @@ def _serve(
 def _first(trials: Trials) -> Finding:
     """Failed if the integrator raises both at the coarsest and at a usual setting.
 
-    The text is the traceback, or what is wrong with the answer.
+    The text is the traceback, or the fault of the answer.
     """
     text = ""
     for setting in (trials.settings[0], trials.usual()):

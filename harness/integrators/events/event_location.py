@@ -15,7 +15,7 @@ ERROR_5, ERROR_3 = 16, 17
 
 
 def part(parts: int, k: int, t: float, y: Floats, p: Floats, out: Floats) -> None:
-    """Evaluate function k of a hybrid form into `out`; `parts`: the address of its functions (see `compiled_parts`)."""
+    """Evaluate function k of a hybrid form into `out`; `parts`: the address of its functions (see `compile_parts`)."""
     out[0] = k
     call(parts, t, y, p, out)
 

@@ -142,8 +142,8 @@ class _Loaded:
     def begin(self, owner: object, values: Mapping[int, float], t0: float) -> None:
         """Make a new instance, set variables by reference, and initialize it at t0. Passes on the errors of fmpy.
 
-        A new instance, because what fmi2Reset forgets differs from tool to tool; only an FMU that allows one instance in
-        a process is reset.
+        A reset does not suffice, because fmi2Reset keeps other things in each tool. Only an FMU that allows one instance in a
+        process is reset.
         """
         fmu, is_2 = self.fmu, self.archive.version == 2
         self.owner = None

@@ -52,7 +52,7 @@ class Archive:
 
 
 def unpack(path: Path, is_model_exchange: bool = False) -> Archive:
-    """Unpack an FMU for this machine; co-simulation if it has both kinds, unless model exchange is wanted.
+    """Unpack an FMU for this machine. An FMU of both kinds is used for co-simulation unless `is_model_exchange`.
 
     Raises ValueError, in one line, for a file that is not an FMU, that is too large, whose paths leave the folder, or
     that has no binary for this machine.

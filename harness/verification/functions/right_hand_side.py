@@ -19,9 +19,9 @@ from gnomon.harness.kernels.straight_line import derivatives_if_traced
 class Equations:
     """A function of the time and of one array, the state, or of two, positions and velocities.
 
-    numba takes its objects as arguments of compiled functions, by `_numba_type_`, and JAX traces them. `width`: the
-    number of components of the state of which the equations are a function. `rows`: the range of the rows of their
-    result. Equal objects have equal results: JAX compiles a function anew for another static argument.
+    numba takes such objects as arguments of compiled functions, by `_numba_type_`, and JAX traces them. `width`: the
+    number of components of the state that the equations take. `rows`: the range of the rows that they return. Equal objects
+    have equal results, because JAX compiles a function once for equal static arguments.
     """
 
     numba_types = "OF_STATE", "OF_POSITIONS_AND_VELOCITIES"
@@ -43,7 +43,7 @@ class Equations:
 
     @property
     def key(self) -> tuple[Any, ...]:
-        """All that JAX compiles but the parameters: whether derivatives are wanted, and of which equations."""
+        """The static part of JAX's compilation: the equations, and whether derivatives are wanted; not the parameters."""
         return isinstance(self, Jacobian), self.equations, self.width, self.rows, self.velocities, self.problem.counted
 
     def __eq__(self, other: object) -> bool:
@@ -95,7 +95,7 @@ class Equations:
 
     @property
     def size(self) -> int:
-        """The number of values that the compiled function gives, of which the result is a part from `first` on."""
+        """The number of values of the compiled function; the result is the part of them that begins at `first`."""
         return self.kernel.sizes[2]
 
     @property
