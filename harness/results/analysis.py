@@ -171,7 +171,7 @@ def equal_error(frame: pd.DataFrame, targets: Sequence[float] = TARGETS) -> pd.D
 def _one_more(
     series: Sequence[Mapping[str, Any]], targets: Sequence[float]
 ) -> dict[float, tuple[float, dict[tuple[int, int], float]]]:
-    """By target the seconds of one more pass over the span, and by run and launch, as `find_reached` finds those of a call."""
+    """By target: the seconds of one more pass over the span, and these seconds by (run, launch), as in `find_reached`."""
     if all(math.isnan(row["more_seconds"]) for row in series):
         return {}
     found = find_reached([{**row, "seconds_median": row["more_seconds"]} for row in series], targets)

@@ -16,7 +16,7 @@ from gnomon.harness.results.separation import SLOWER, Launch, Timed, compare, st
 
 @dataclass(frozen=True)
 class Best:
-    """The fastest measured method and setting whose error is at most the wanted one; `print` says it in words.
+    """The fastest measured method and setting whose error is at most the wanted one; `print` shows it in words.
 
     Attributes
     ----------
@@ -37,7 +37,7 @@ class Best:
     break_even : int
         The number of solves from which on this method takes less time than the rival, preparations included.
     equally_fast : tuple of str
-        The methods whose times are not told apart from this one's, with their factor to it and its 95 % interval.
+        The methods whose times do not differ clearly from the time of this method, with the factor and its 95 % interval.
     below_reference : bool
         Whether the error is below the bound of the error of the reference, which is then given as `error`.
     lines : str

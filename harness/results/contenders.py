@@ -1,7 +1,7 @@
 """The cells of a results file: who is fastest at an error, and which comparisons further launches may decide.
 
-A cell is a problem at one error, in one division. This works on plain rows, without pandas, for runs as for pages. Only
-default variants in the case's own formulation count, of which times are precise.
+A cell is a problem at one error, in one division. Runs and pages both use this module, which needs no pandas. Only default
+variants in the case's own formulation count, because their times are precise.
 """
 
 import math
@@ -29,11 +29,11 @@ from gnomon.harness.results.summary import tidy
 
 OURS = "gnomon"
 ANSWERED, UNDECIDED, ALONE = "answered", "open", "alone"
-"""Kinds of cells: in an open one, a pair within NEAR of the fastest is open; in one that is alone, there is no pair."""
+"""Kinds of cells: a cell is open if a pair within NEAR of the fastest is open, and alone if it has one row."""
 THIRD, YOURS, OWN = "third", "yours", "own"
 """Divisions: third-party libraries, integrators that the run was given, and gnomon's own methods."""
 MOST_LAUNCHES = 8
-"""Number of launches after which a pair stays open: half of the interval then is half of the one after two."""
+"""Largest number of launches of an open pair: the interval is then half as wide as after two launches."""
 
 Row = Mapping[str, Any]
 Names = tuple[str, str, str]
@@ -97,7 +97,7 @@ def times(rows: Iterable[Row]) -> tuple[list[Time], dict[str, Scatter]]:
 
 
 def scatters(series: Sequence[Timed]) -> dict[str, Scatter]:
-    """The scatter by division: of third parties from their launches alone, so that nothing that is added changes theirs."""
+    """The scatter by division. The scatter of third parties is only from their own launches: other methods do not change it."""
     every = scatter_of(series)
     return {THIRD: scatter_of([one for one in series if division(one.kind[0]) == THIRD]), YOURS: every, OWN: every}
 
@@ -106,7 +106,7 @@ _series = itemgetter("case", "variant", "formulation", "integrator_id", "machine
 
 
 def list_launched(rows: Iterable[Row]) -> list[Timed]:
-    """Of each series that was launched several times, the setting with most launches; of several, the middle one."""
+    """The times of each series that was launched several times, at its setting with the most launches, the middle of several."""
     series: dict[tuple[Any, ...], dict[Any, dict[Launch, tuple[float, bool]]]] = {}
     for row in rows:
         seconds = row["seconds_median"]
@@ -124,10 +124,11 @@ def list_launched(rows: Iterable[Row]) -> list[Timed]:
 
 
 def find_undecided(found: Sequence[Time], scatter: Mapping[str, Scatter]) -> dict[Names, set[float]]:
-    """The series that further launches may separate, with the settings beside the errors of their open cells.
+    """The series that further launches may separate, with the settings from which the times of their open cells are computed.
 
-    Each division has its own false discovery rate, as on a page. Of an open cell these are the fastest and all within NEAR
-    of it that are not slower, so that they keep equal launches; none after MOST_LAUNCHES.
+    In an open cell these are the fastest series and all series within NEAR of it that are not slower, so that their numbers
+    of launches stay equal. A cell is left open after MOST_LAUNCHES. Each division has its own false discovery rate, as on a
+    page.
     """
     wanted: dict[Names, set[float]] = {}
     for _, rows, compared, each, of in _judge_cells(found, scatter):

@@ -1,4 +1,4 @@
-"""Time at equal error: what the report and `gnomon.compare` compare. Plain rows, without pandas."""
+"""Time at equal error, by which the report and `gnomon.compare` rank methods. Plain rows, without pandas."""
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence

@@ -1,7 +1,7 @@
-"""Which families of methods succeed on a problem, at what error and cost, and how far a problem separates methods.
+"""The success of families of methods on problems, with its error and cost, and the separation of methods by a problem.
 
-A problem is a case with the name of its variant, in the case's own formulation. A method that is exact by construction
-on a problem shows nothing about its family there, and is left out.
+A problem is a case with the name of its variant, in the case's own formulation. A method that is exact by construction on a
+problem is left out there, because it shows nothing about its family.
 """
 
 import math
@@ -50,7 +50,7 @@ class Sweep:
         return self.seconds if axis == TIME else self.calls
 
     def counts(self, axis: str) -> bool:
-        """Whether its costs are known: evaluations are counted by some libraries alone."""
+        """Whether its costs are known: only some libraries count evaluations."""
         return axis == TIME or (bool(self.calls) and not any(map(math.isnan, self.calls)))
 
     def cost(self, error: float, axis: str = TIME) -> float:
@@ -80,7 +80,7 @@ class Family:
 
 @dataclass(frozen=True)
 class Separation:
-    """How far a problem separates methods: their errors at the cost at which the best one reaches `error`."""
+    """The separation of methods by a problem: their errors at the cost at which the best method reaches `error`."""
 
     best: str
     error: float
@@ -145,9 +145,9 @@ def _family(name: str, methods: Sequence[Sweep]) -> Family:
 
 
 def separation(of: Iterable[Sweep], axis: str = TIME) -> Separation | None:
-    """How far a problem separates its methods at equal time, or at equal evaluations of the equations.
+    """The separation of the methods by a problem at equal time, or at equal numbers of evaluations of the equations.
 
-    None if the methods of order HIGH_ORDER or more with known costs are of fewer than LIBRARIES libraries, or if no
+    It is None if methods of order HIGH_ORDER or more with known costs come from fewer than LIBRARIES libraries, or if no
     method reaches an error of PRECISE.
     """
     methods = [one for one in of if one.counts(axis) or not one.errors]

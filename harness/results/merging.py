@@ -1,7 +1,7 @@
 """Merges results files, such as shards, into a new one; trials measured twice are refused, or counted as launches.
 
-Outstanding trials stay outstanding: planned trials are copied with the measured ones, and an interrupted trial is
-copied unless another file has measured it.
+Outstanding trials stay outstanding: planned trials are copied too, and an interrupted trial is copied if no other file has
+measured it.
 """
 
 from __future__ import annotations
@@ -39,10 +39,10 @@ Place = tuple[str, float | None, int]
 def merge(sources: Sequence[Path], target: Path, count: bool = False, command: str = "gnomon merge") -> int:
     """Write the measurements of all `sources` into the new file `target`; return their number.
 
-    A trial that two files measured is refused. With `count` it becomes a further launch of the trial or, from another
-    machine, a trial of its own. Raises ValueError, which names the file, for a refused trial, for files of other
-    versions or sources, for a target that exists or cannot be written, and for a file without results; nothing is
-    written then.
+    A trial that two files measured is refused. With `count` the second measurement becomes another launch of the trial; on
+    another machine it is another trial. Raises ValueError, which names the file, for a refused trial, for files of other
+    versions or sources, for a target that exists or cannot be written, and for a file without results. After an error
+    nothing is written.
     """
     found = [opening.results_file(source) for source in sources]
     if target.exists():

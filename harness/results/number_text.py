@@ -30,7 +30,7 @@ def group_digits(number: int) -> str:
 
 
 def time_text(seconds: float, figures: int = 3) -> str:
-    """A time to so many figures with its unit."""
+    """A time with `figures` significant figures and its unit."""
     if not math.isfinite(seconds):
         return "–"
     for unit, size in (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6)):
@@ -40,7 +40,7 @@ def time_text(seconds: float, figures: int = 3) -> str:
 
 
 def figures_text(value: float, figures: int = 2) -> str:
-    """A number rounded to so many figures, also where the last ones are zeros: 1.0, 12, 370."""
+    """A number with `figures` significant figures, with zeros at the end too: 1.0, 12, 370."""
     rounded = f"{value:.{figures - 1}e}"
     return f"{float(rounded):.{max(figures - 1 - int(rounded.partition('e')[2]), 0)}f}"
 

@@ -123,8 +123,8 @@ def recover(path: Path) -> None:
 def _connect(path: Path, stack: ExitStack) -> sqlite3.Connection:
     """A connection within one reading transaction.
 
-    In WAL mode SQLite creates files beside the one it reads. If it cannot and the log is empty, the results file is
-    complete: it is opened as immutable. If the log holds writes, both files are copied to a temporary folder.
+    In WAL mode SQLite creates more files in the folder of the results file. If it cannot create them and the log is empty, the
+    results file is complete, and is opened as immutable. If the log holds writes, both files are copied to a temporary folder.
     """
     try:
         return _begin(path, "mode=ro", stack)
@@ -160,7 +160,7 @@ def _begin(path: Path, how: str, stack: ExitStack) -> sqlite3.Connection:
 
 
 def _verify_kind(db: sqlite3.Connection, path: Path) -> None:
-    """Raise ValueError unless it is a results file of this schema: columns that a file lacks have no value to assume."""
+    """Raise ValueError unless it is a results file of this schema, because a missing column has no default value."""
     ((application,),) = db.execute("PRAGMA application_id")
     version = schema.version(db)
     if application != APPLICATION_ID:

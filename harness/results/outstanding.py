@@ -40,7 +40,7 @@ SELECT value FROM environment AS own WHERE name = '{SHARD}' AND (
     OR EXISTS (SELECT series FROM planned WHERE planned.run = own.run
         EXCEPT SELECT series FROM planned WHERE planned.run > own.run AND planned.run IN whole))
 """
-"""The shards of all runs, except those whose series a later run of a whole plan has also planned."""
+"""The shards of all runs, except shards whose series are also part of a later run of the whole plan."""
 _COMPLETE = f"""
 WITH done AS (
     SELECT trial_key FROM measurements WHERE launch = 1 AND measurement IN (
@@ -113,10 +113,10 @@ def outstanding(path: str | Path) -> Outstanding:
 
 
 def complete(path: str | Path) -> set[tuple[str, str]]:
-    """The cases and variants, as rows name them, of which every planned trial has a measurement of its first launch.
+    """The (case, variant) pairs, as in rows, whose planned trials all have a measurement of the first launch.
 
-    On these everything ran that was planned, so that a page of an unfinished run ranks nothing that is missing. A
-    series over a timing span is a variant of its own. Raises ValueError as `load` does.
+    A page of an unfinished run ranks methods on these only, because no planned method is missing there. A series over a
+    timing span counts as another variant. Raises ValueError as `load` does.
     """
     with opening.reading(path, ["trials", "planned", "measurements"]) as db:
         return {(visible(case), visible(variant)) for case, variant in db.execute(_COMPLETE)}

@@ -1,7 +1,7 @@
-"""The numbers of all publications: a file with an entry for each, of its revision, day, machine, versions and numbers.
+"""The numbers of all publications: a file with an entry for each: revision, day, machine, versions and numbers.
 
-A number has a name with slashes: what it is, and of which integrator or case. Times, whose names begin with `TIMES`, are
-comparable on one machine only.
+The name of a number has slashes: its quantity, then the integrator or the case. Times, whose names begin with `TIMES`, can
+be compared on one machine only.
 """
 
 import json
@@ -30,7 +30,7 @@ class Entry:
 
     @property
     def key(self) -> tuple[str, ...]:
-        """What publications of one revision on one machine have in common."""
+        """The key of an entry, which is equal for publications of one revision on one machine."""
         return self.environment["sources"], self.environment["machine"]
 
     @property
@@ -63,7 +63,7 @@ def _entry(one: Any) -> Entry:
 
 
 def append(path: Path, entry: Entry) -> None:
-    """Add an entry to the file; it replaces one of the same sources and machine."""
+    """Add an entry to the file; it replaces an entry with an equal key."""
     former = read(path) if path.exists() else []
     rounded = {name: float(f"{value:.{DIGITS}g}") for name, value in sorted(entry.numbers.items())}
     entries = [*(one for one in former if one.key != entry.key), Entry(entry.environment, rounded)]
@@ -90,7 +90,7 @@ def is_time(name: str) -> bool:
 
 
 def values(entries: Sequence[Entry], name: str) -> list[float | None]:
-    """A number of each entry, None where it lacks. Of times, only those of the machine of the last one count."""
+    """A number of each entry; None if it is missing, or if it is a time on another machine than the last entry."""
     held = [entry for entry in entries if name in entry.numbers]
     machine = held[-1].environment["machine"] if held else None
     return [

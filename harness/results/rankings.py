@@ -85,7 +85,7 @@ def _with(table: pd.DataFrame, rows: Sequence[tuple[Any, ...]], names: Sequence[
 def rank_by_counts(equal: pd.DataFrame, scatter: Scatter | None = None) -> pd.DataFrame:
     """The rows with the columns of `rank_methods`, ranked by the evaluations of the equations; rows without a count are left out.
 
-    Counts are the same in every launch, so that they have no interval; closer than SAME_COUNT they are equal.
+    Counts do not differ between launches, so they have no interval; two counts within the factor SAME_COUNT are equal.
     """
     table = equal[equal["calls"] > 0].reset_index(drop=True)
     cells = table.groupby([*PROBLEM, "target"])["calls"]
@@ -98,11 +98,11 @@ def rank_by_counts(equal: pd.DataFrame, scatter: Scatter | None = None) -> pd.Da
 def divisions(
     equal: pd.DataFrame, scatter: Mapping[str, Scatter], rank: Callable[..., pd.DataFrame] = rank_methods
 ) -> pd.DataFrame:
-    """The rows ranked by `rank` among those of their `division` alone, third parties first.
+    """The rows, third parties first, each ranked by `rank` among the rows of its `division`.
 
-    `against`: the time of a row of another division over the least time of third parties at the same problem and error (by
-    `rank_by_counts`, the evaluations), with `against_low`, `against_high` and `against_state` as in `rank_methods`; nan and "" where
-    they do not reach it.
+    `against` is a ratio for rows of other divisions: their time (by `rank_by_counts`, their evaluations) over the least of
+    third parties at this problem and error. `against_low`, `against_high` and `against_state` are as in `rank_methods`. They
+    are nan and "" for third parties, and if no third party reaches the error.
     """
     of = equal["library"].map(division)
     parts = [
@@ -141,7 +141,7 @@ def _against(table: pd.DataFrame, scatter: Scatter) -> list[tuple[float, float, 
 
 
 def _either(row: Compared, claimed: bool) -> str:
-    """The state of a row against another division, of which it may be the faster one too."""
+    """The state of a row against the fastest third party; the row may also be the faster one."""
     of = state(row, claimed)
     return FASTEST if of == SLOWER and row.ratio < 1 else of
 

@@ -25,8 +25,8 @@ TEXTS = {"suite", "settings_changed"} | {
 }
 """The columns of a frame that hold texts."""
 APART, MORE_SCATTER = 2.25, 2.0
-"""Least ratio of two times whose difference is used, and an upper bound of the relative scatter of this difference in that of
-one time: it is sqrt(r^2 + 1)/(r - 1) for the ratio r."""
+"""APART: least ratio r of two times whose difference is used. MORE_SCATTER: an upper bound of the relative scatter of this
+difference over the relative scatter of one time, which is sqrt(r^2 + 1)/(r - 1)."""
 ROWS = 1000
 """The number of rows that are read at a time."""
 
@@ -100,7 +100,7 @@ def rows(path: str | Path, superseded: bool = False) -> list[dict[str, Any]]:
     Returns
     -------
     list of dict
-        A dict for each measurement, with the names of the columns of `load`. What is null is None.
+        A dict for each measurement, with the names of the columns of `load`; null is None.
 
     Raises
     ------
@@ -157,7 +157,7 @@ def _more_seconds(found: Mapping[str, Sequence[Any]]) -> list[float | None]:
 
 
 def states(path: str | Path, measurements: Sequence[int] | None = None) -> dict[int, Floats]:
-    """Sampled states (64, dim) by measurement number, in the coordinates of the case; for None of all measurements.
+    """Sampled states (64, dim) by measurement number, in the coordinates of the case; None selects all measurements.
 
     Raises ValueError as `load` does.
     """

@@ -36,7 +36,7 @@ NUMBERS = [
     "seconds_median",
 ]  # fmt: skip
 FILLED = {"turned_starts": 0.0, "repeats": 1.0}
-"""The values of numbers that are null, if this says something."""
+"""The numbers that null stands for in these columns; in others null is an unknown number."""
 ERROR_FACTOR = 2.0
 """A series is worse if the median ratio of errors at equal settings is above this. Differences of libm and FMA in the
 last bits change single errors of adaptive methods by more, but hardly the median."""
@@ -53,7 +53,7 @@ ANSWERED = (*SCORED, Status.REFUSED, Status.CRASHED, Status.OUT_OF_MEMORY)
 """The statuses that the integrator determines; the others depend on the clock, the machine or the plan."""
 
 Row = Mapping[str, Any]
-"""SERIES, `launch`, TEXTS and NUMBERS of a measurement; what is null is None or nan."""
+"""SERIES, `launch`, TEXTS and NUMBERS of a measurement; null is None or nan."""
 
 
 @dataclass
@@ -85,8 +85,8 @@ class Verdict:
 def compare(base: Sequence[Row], run: Sequence[Row], allow_missing: bool = False) -> Verdict:
     """Compare the measurements of two runs (`reading.rows`), series by series, at the settings that both have.
 
-    A series that the run lacks is a regression unless `allow_missing`, which also lets settings pass that have no
-    result in the run. A series without a comparable setting is a regression. Raises ValueError if no setting of any
+    If the run lacks a series, this is a regression unless `allow_missing`, which also accepts settings without a result in the
+    run. A series without a comparable setting is a regression. Raises ValueError if no setting of any
     series can be compared.
     """
     verdict = Verdict()
@@ -156,10 +156,10 @@ class SeriesChange:
 
 
 def changes(base: Sequence[Row], run: Sequence[Row]) -> list[SeriesChange]:
-    """The changes of every series of two runs (`reading.rows`) but those that neither could run, in the base's order.
+    """The changes of the series of two runs (`reading.rows`), in the base's order, without series that could run in neither.
 
-    Ratios of times are of settings that one machine timed in both, with the scatter between launches in both files; one
-    false discovery rate holds for all.
+    Ratios of times are from settings that one machine timed in both runs, with the scatter between launches of both files.
+    One false discovery rate holds for all ratios.
     """
     before, after = _series(base), _series(run)
     # Launches of two files share no effect, though they have equal numbers.
@@ -256,9 +256,9 @@ def _find_lacked(series: Mapping[tuple[str, ...], Sequence[Row]]) -> set[tuple[t
 
 
 def _series(rows: Iterable[Row]) -> dict[tuple[str, ...], list[dict[str, Any]]]:
-    """The first launches by series, with TEXTS and NUMBERS; numbers that are null are nan.
+    """The first launches by series, with TEXTS and NUMBERS; null numbers are nan.
 
-    `times` are those of all launches on the row's machine, and `seconds` is their geometric mean.
+    `times` are the times of all launches on the machine of the row, and `seconds` is their geometric mean.
     """
     found: dict[tuple[str, ...], list[dict[str, Any]]] = {}
     times: dict[Any, dict[int, float]] = {}

@@ -1,14 +1,13 @@
-"""Which of several times is the least, and by what factor: the one statistic of every comparison of times.
+"""The least of several times and its factors to the others: the one statistic of every comparison of times.
 
-Calls within a launch are not independent: a launch gives one value, the logarithm of a time. Its scatter between launches is
-measured, not assumed: a run launches one setting of a number of problems several times, spread over its length, and the file
-says what was found (`scatter_of`). The scatter of a class (library, its way to the equations, length of a call) is known from all of its launches,
-and for a series is combined with its own (Smyth, Statistical Applications in Genetics and Molecular Biology 3, 3, 2004):
-how much single series differ from their class gives the degrees of freedom, so that heavy tails widen all intervals.
-Launches of all series at one time share an effect, as a machine may slow down. It cancels between series with the same
-launches, and counts where they differ.
+Calls within a launch are not independent, so a launch gives one value, the logarithm of a time. Its scatter between launches
+is measured: a run launches one setting of some problems several times, spread over its length (`scatter_of`). The scatter of a class (library, its way to the equations, length of a call) is estimated from all launches of the class. The
+scatter of a series combines the scatter of its class with its own (Smyth, Statistical Applications in Genetics and Molecular
+Biology 3, 3, 2004). The degrees of freedom follow from the differences of single series from their class, so that heavy tails
+widen all intervals. Launches of all series at one time share an effect, because a machine may slow down. The effect cancels
+between series that share all launches; launches that only one of them has add to the scatter.
 
-The fastest of a cell is chosen by its times, so that its pairs are corrected for the number of those that could be the
+The fastest series of a cell is chosen by its times, so its pairs are corrected for the number of series that could be the
 fastest (`compare`). A pair is slower if its claim holds at one false discovery rate for the page, equal if its interval
 lies within EQUAL_WITHIN, and open otherwise (`states`).
 """
@@ -39,14 +38,14 @@ LEAST = 0.01
 MOST_FREEDOM = 1e3
 """Degrees of freedom from which on a scatter counts as known."""
 LEAST_FREEDOM = 2.0
-"""Least degrees of freedom of a series about its class: with fewer no number of launches would say anything."""
+"""Least degrees of freedom of a series about its class: with fewer, no number of launches would separate series."""
 ASSUMED, ASSUMED_FREEDOM = 0.1, 4.0
 """The scatter where no setting of a file was launched twice: three times the one measured on quiet machines."""
 
 Launch = tuple[int, int]
 """Run and launch."""
 Class = tuple[str, str, int]
-"""Library, how it calls the equations (`Library.way`), and the number of LENGTHS that a call exceeds."""
+"""(library, its way to call the equations (`Library.way`), the number of LENGTHS that a call exceeds)."""
 
 
 class Timed(NamedTuple):
@@ -86,11 +85,12 @@ class Known(NamedTuple):
 
 @dataclass(frozen=True)
 class Scatter:
-    """How far launches of one setting are apart: standard deviations of the logarithm of a time.
+    """The scatter between launches of one setting: variances of the logarithm of a time.
 
-    `classes`: by class the variance of a launch. `whole`: of a class that was not measured. `freedom`: of the variance of a
-    single series about its class, the smaller the more they differ. `shared`: the variance of the effect that launches at
-    one time share. `counts`: by class the series and launches it rests on; empty if the scatter is assumed.
+    `classes`: the variance of a launch, by class. `whole`: this variance for a class that was not measured. `freedom`: degrees
+    of freedom of the variance of a series about the variance of its class; few if series differ much. `shared`: the variance
+    of the effect that launches at one time share. `counts`: (series, launches) behind each class; empty if the scatter is
+    assumed.
     """
 
     classes: Mapping[Class, Known]
@@ -201,7 +201,8 @@ ROUNDS = 10
 def _freedom(found: Sequence[tuple[float, float, float]]) -> float:
     """The degrees of freedom of variances about their expectations, from (variance, its degrees of freedom, expectation).
 
-    Logarithms of variances scatter by trigamma(n/2) each if all are as expected; what is left is how much they differ.
+    If all variances are as expected, their logarithms scatter by trigamma(n/2) each. The rest of the scatter is from
+    differences between the variances.
     """
     usable = [(max(value, LEAST**2 / 4) / expected, n) for value, n, expected in found if n > 0]
     if len(usable) < 2:
@@ -218,10 +219,10 @@ def _freedom(found: Sequence[tuple[float, float, float]]) -> float:
 
 
 def compare(cell: Sequence[Timed], scatter: Scatter, first: int | None = None, candidates: int = 0) -> list[Compared]:
-    """Each series of a cell against the fastest, or against the series `first` that is chosen among `candidates`.
+    """Compare each series of a cell with the fastest, or with the series `first` that is chosen among `candidates`.
 
-    Intervals and p values are multiplied by the number of series that could have been the fastest: those not behind by more
-    than the half width of an interval that is corrected for all of them.
+    Intervals and p values are corrected for the number of series that could have been the fastest: the series that are
+    behind by at most the half width of an interval that is corrected for all series.
     """
     means = np.array([math.log(one.middle) for one in cell])
     best = int(np.argmin(means)) if first is None else first
@@ -243,7 +244,10 @@ def compare(cell: Sequence[Timed], scatter: Scatter, first: int | None = None, c
 
 
 def compare_ratios(pairs: Sequence[Sequence[float]]) -> list[Compared]:
-    """Each pair of two sides from the ratios of their times, one a launch; the scatter of a pair is combined with that of all."""
+    """Compare the two sides of each pair by the ratios of their times, one ratio a launch.
+
+    The scatter of a pair is combined with the scatter of all pairs.
+    """
     # Both sides of a pair ran in one launch, so that its effect cancels: launches of different pairs share none.
     every = [Timed("", {(pair, n): ratio for n, ratio in enumerate(ratios)}) for pair, ratios in enumerate(pairs)]
     scatter = scatter_of(every)
@@ -309,7 +313,7 @@ def states(cells: Sequence[Sequence[Compared]]) -> list[list[str]]:
 
 
 def state(row: Compared, claimed: bool) -> str:
-    """The state of a pair of which the claim that it is not equally fast holds or does not."""
+    """The state of a pair; `claimed`: whether the claim holds that its sides are not equally fast."""
     if claimed and not row.low <= 1 <= row.high:
         return SLOWER
     return EQUAL if row.low >= 1 / EQUAL_WITHIN and row.high <= EQUAL_WITHIN else OPEN
@@ -341,7 +345,7 @@ def signs(first: int, second: int) -> float:
 
 
 def wilson(part: float, count: int) -> tuple[float, float]:
-    """The 95 % interval of a probability of which a share was found in independent trials; (0, 1) without a trial.
+    """The 95 % interval of a probability, from the share `part` of `count` independent trials; (0, 1) without a trial.
 
     Wilson, Journal of the American Statistical Association 22, 209 (1927).
 

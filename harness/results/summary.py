@@ -59,7 +59,7 @@ def _loosest_first(setting: float | None) -> tuple[bool, float]:
 
 
 def tidy(rows: Iterable[Row]) -> list[dict[str, Any]]:
-    """The rows with one machine's times (see `_machines`), and without errors that are from one orientation alone."""
+    """The rows with the times of one machine (see `_machines`), and without errors of one orientation if others have turned starts."""
     found = [dict(row) for row in rows]
     for row in found:
         row |= {name: "" if row[name] in (None, own) else row[name] for name, own in OWN_NAMES.items()}
@@ -75,7 +75,7 @@ def tidy(rows: Iterable[Row]) -> list[dict[str, Any]]:
 
 
 def _machines(rows: Sequence[Row]) -> dict[tuple[str, ...], str]:
-    """The machine that timed most rows of each problem; of several the first by name."""
+    """The machine that timed the most rows of each problem; the first by name of several."""
     counts = Counter((_problem(row), row["machine"]) for row in rows if row["seconds_median"] is not None)
     most = sorted(counts, key=lambda key: (-counts[key], key[1] or ""), reverse=True)
     return dict(most)
@@ -127,7 +127,7 @@ def nothing_ran(reasons: Iterable[tuple[str, str]]) -> str | None:
 
 
 def order(settings: Sequence[Row]) -> tuple[float, float, float, float, float, str]:
-    """Of settings of fixed steps that are ok, what `analysis.orders` holds: order, margin, lowest, highest, declared, why."""
+    """(order, margin, lowest, highest, declared, why), as in `analysis.orders`, of settings of fixed steps that are ok."""
     steps, declared = np.array([row["setting"] for row in settings]), _number(settings[0]["order_declared"])
     attainable = float(np.nanmax([[_number(row["conditioning"]), _number(row["floor"]), 0.0] for row in settings]))
     found, bent, why = None, (math.nan, math.nan), ""

@@ -16,8 +16,8 @@ LONG = 10
 RECENT = 64
 """Calls that are compared to find the coordinate."""
 GAP, JUMP, FEW = 0.5, 1e-6, 4
-"""A derivative jumps if no value lies in a part GAP of its spread, beside at least FEW values on either side, and the spread
-is more than JUMP of its size."""
+"""A derivative jumps if its values leave out a part GAP of their range, with at least FEW values on either side of this part,
+and if the range is larger than JUMP times the size of the derivative."""
 
 
 SHOWN_BY = "showwarning", "_showwarnmsg_impl"

@@ -12,7 +12,7 @@ from gnomon.harness.running.plan import Series, Suite, launches
 
 COSTS: dict[str, dict[str, float]] = read_declared("running", "costs.toml")
 LONG_LIMIT = 0.5
-"""Time limit (s) from which a default variant runs at more settings, of which the last ones take longest."""
+"""Time limit (s) from which a default variant runs at more settings; the last settings take longest."""
 OWN_START = 0.5
 OWN_SWEEP, OWN_TURNED = 3.5, 25.0
 """Seconds for the start of a series of a user's own integrator; and for its sweep, and with turned starts, in time limits.

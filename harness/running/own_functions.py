@@ -24,7 +24,7 @@ MOST_EVENTS = 6
 """Events of one call: each combination of their signs is a mode of the motion."""
 ENDED = "ended"
 CALLS, LONG = 5, 0.02
-"""Calls of a function that are timed, to say what they cost; seconds after which no further one is."""
+"""CALLS: most calls of a function that are timed, for a message about their cost. LONG: seconds after which none is timed."""
 SOON = 1e-9
 """Time, for a start of size 1, after which an event that is zero at the start is evaluated again."""
 IN_PARTS = "integrate real and imaginary parts as coordinates of their own, y = [*z.real, *z.imag]"
@@ -35,12 +35,12 @@ SAME = 1e-9
 
 
 _TOLD = set[str]()
-"""The places of functions without formulas of which a warning was given."""
+"""The places of functions without formulas that were already named in a warning."""
 
 
 @dataclass(frozen=True)
 class Arguments:
-    """The arguments `args` of a user's functions; their numbers are parameters of the equations, unless they are `fixed`."""
+    """The arguments `args` of a user's functions. Their numbers are parameters of the equations, unless they are `fixed`."""
 
     args: tuple[Any, ...]
     fixed: bool = False
@@ -307,11 +307,11 @@ class CaseEquations:
 
 
 def with_events(equations: OwnEquations, events: Sequence[Callable[..., Any]], before: Sequence[int] = ()) -> Hybrid:
-    """The hybrid form of equations with events: a mode for each combination of signs, which change at the events.
+    """The hybrid form of equations with events: a mode for each combination of the signs of the events.
 
-    A transition's name is `number up` or `number down`: event `number` rises or falls through zero. A terminal event ends
-    in a mode in which nothing moves; an event whose `terminal` is a number n ends there at its n-th occurrence, of which
-    `before` have been.
+    A transition is named `number up` or `number down` if event `number` rises or falls through zero. A terminal event leads
+    to a mode in which nothing moves. An event whose `terminal` is a number n leads there at its n-th occurrence; `before` has
+    the occurrences of each event in earlier pieces of the motion.
     """
     if len(events) > MOST_EVENTS:
         raise ValueError(f"events: {len(events)} are given; solve locates at most {MOST_EVENTS} in one call")
@@ -355,19 +355,19 @@ def most_occurrences(event: Callable[..., Any]) -> int:
 
 @dataclass
 class Occurrences:
-    """The occurrences of each event: `before` the start of a trajectory, and so far."""
+    """The numbers of occurrences of each event: `before` the start of a trajectory, and in all `so_far`."""
 
     before: tuple[int, ...]
     so_far: list[int] = field(default_factory=list)
 
     def next_mode(self, event: int, most: int, mode: str, t: Any, state: Values, parameters: Values) -> str:
-        """Count an occurrence; the mode in which the motion goes on."""
+        """Count an occurrence of an event, and give the next mode: `mode`, or the end at occurrence `most`."""
         self.so_far[event] += 1
         return ENDED if self.so_far[event] >= most else mode
 
 
 def is_counted(event: Callable[..., Any], direction: float) -> bool:
-    """Whether an event is one if it crosses zero in this direction, in the course of the integration."""
+    """Whether an event counts if it crosses zero in this direction, rising (1) or falling (-1), during the integration."""
     wanted = getattr(event, "direction", 0)
     return bool(wanted == 0 or wanted * direction > 0)
 
@@ -381,6 +381,7 @@ def _same(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def at_rest(t: Any, state: Values, parameters: Values) -> Values:
+    """Equations in which nothing moves."""
     return tuple(0.0 * x for x in state)
 
 
@@ -388,7 +389,7 @@ def _first_mode(
     occurred: Occurrences, guards: Sequence[Callable[..., Any]], equations: Callable[..., Any], t: Any, state: Values,
     parameters: Values,
 ) -> str:  # fmt: skip
-    """The mode of the start: an event that is zero there has the sign that it has right after."""
+    """The mode at the start. An event that is zero at the start counts with its sign right after."""
     occurred.so_far = list(occurred.before)
     signs = []
     for guard in guards:

@@ -31,15 +31,15 @@ from gnomon.harness.running.own_functions import (
 
 SAMPLES = 64
 EVEN = 1e-9
-"""Times count as evenly spaced if they are so to this share of their spacing: decimals have round-off."""
+"""Times count as evenly spaced if they are so within this share of the spacing, because decimal times have round-off."""
 USUAL_SPANS = 2.0**-3, 2.0**30
-"""Spans, in the unit of the user's time, that stay as they are. Others are scaled to about 1: libraries have absolute
-limits, such as SciPy's 9e-16 s for the time of an event."""
+"""Shortest and longest span, in the user's unit of time, that is not scaled. Other spans are scaled to about 1, because
+libraries have absolute limits, such as 9e-16 s for the time of an event in SciPy."""
 
 
 @dataclass(frozen=True)
 class Times:
-    """The times of a piece: `wanted` by the user, and `sampled` by the problem: since the start, up to the end."""
+    """The times of a piece: `wanted` by the user, and `sampled` by the problem, counted from the start and with the end."""
 
     clock: Clock
     wanted: Floats
@@ -79,9 +79,9 @@ class Times:
     def problem(
         self, form: Form, dimension: int, parameters: Sequence[float], integrator: Integrator, by_own_clock: bool
     ) -> Problem:
-        """The problem from t = 0; of a form, which may read the time, from its own start.
+        """The problem, which begins at t = 0, or `by_own_clock` at the user's time: equations of a form may read the time.
 
-        Times that are evenly spaced but for round-off are exactly so for fixed steps, which then end at them.
+        For fixed steps, times that are evenly spaced within EVEN become exactly so, so that steps end at them.
         """
         times, count = self.sampled, len(self.sampled)
         even = np.arange(1, count + 1) * (times[-1] / count)
@@ -95,8 +95,8 @@ class Times:
 def piece_clock(whole: Clock, bounds: Sequence[float], begin: float, end: float) -> Clock:
     """The clock of a piece from `begin` to `end`.
 
-    Where the input jumps, at ends but for those of the whole, functions of Python see only the times between: then the
-    value of the input at the jump itself does not matter, whether it is the old or the new one.
+    The input jumps at each end of a piece except at the ends of the whole motion. Functions of Python see only times between
+    two jumps, so that it does not matter whether the input has its old or its new value at the time of the jump.
     """
     first = begin if begin == bounds[0] else math.nextafter(begin, end)
     last = end if end == bounds[-1] else math.nextafter(end, begin)
@@ -165,20 +165,20 @@ class Equations:
     parameters: list[float]
     own: OwnEquations | None = None
     order: tuple[int, ...] | None = None
-    """The place of each component of the forms' state among the user's; None if they are the same."""
+    """The place of each component of the forms' state in the user's state; None if the places are equal."""
     factors: Floats | None = None
     """The velocity over the user's coordinate of each component, by the user's sequence; None if all are 1."""
     lacking: str = ""
-    """Why there are no accelerations that depend on the positions alone, if they were looked for."""
+    """The reason why no accelerations that depend only on positions were derived; "" if there are some."""
 
     def given(self, clock: Clock, state: Floats) -> Floats:
-        """A state of the user as the forms have it."""
+        """A state in the form of the user, changed into a state of the forms."""
         found: Floats = state if self.own is None else clock.given(state)
         found = found if self.factors is None else found * self.factors
         return found if self.order is None else found[list(self.order)]
 
     def back(self, clock: Clock, states: Floats) -> Floats:
-        """States (n, dim) of the forms as the user has them."""
+        """States (n, dim) of the forms, changed into states in the form of the user."""
         found: Floats = clock.own(states)
         found = found if self.order is None else found[:, np.argsort(self.order)]
         return found if self.factors is None else found / self.factors
@@ -194,7 +194,7 @@ class Found:
     step: float | None = None
     """The size of fixed steps, the longest of all pieces."""
     exact: bool = True
-    """Whether all steps but those that end at a sample have this size."""
+    """Whether all steps have the size `step`, except shorter steps that end at a sample."""
     t_events: list[list[float]] = field(default_factory=list)
     end: float | None = None
     """The time of a terminal event."""
@@ -213,14 +213,14 @@ class Motion:
     whole: Times
     bounds: Sequence[float]
     pieces: dict[float, Equations] = field(default_factory=dict)
-    """The equations of each piece, by its first time: a second integration has the same."""
+    """The equations of each piece, by its first time, for a second integration."""
     scales: dict[float, float] = field(default_factory=dict)
-    """The time scale of each piece, likewise: methods take their first step from it."""
+    """The time scale of each piece, by its first time: a second integration then has equal first steps."""
     is_repeated: bool = False
     """Whether the motion has been integrated already."""
 
     def at(self, wanted: Floats, to_end: bool = True) -> Found:
-        """Integrate; with `to_end` past the last of the wanted times, which begin after the start."""
+        """Integrate to the `wanted` times, which begin after the start, and with `to_end` further to the end of the span."""
         found = Found(np.full((len(wanted), len(self.start)), np.nan), t_events=[[] for _ in self.stated.events])
         state, direction = self.start, self.whole.clock.direction
         passed = 0
@@ -239,7 +239,7 @@ class Motion:
     def _piece(
         self, found: Found, begin: float, end: float, ends: Floats, state: Floats, passed: int, count: int
     ) -> Floats:
-        """Integrate from `begin` over the times `ends`, of which the first `count` are wanted; the state at the last."""
+        """Integrate a piece from `begin` to the times `ends`, and return the last state; the first `count` times are wanted."""
         whole = self.whole.clock
         times = Times.of((begin, ends[-1]), ends, whole.mirrored, whole.scale)
         times = replace(times, clock=piece_clock(whole, self.bounds, begin, end))
@@ -265,10 +265,11 @@ class Motion:
         return np.array(states[-1])
 
     def with_step(self, problem: Problem) -> tuple[Integrator, float, bool]:
-        """The integrator, its setting, and whether fixed steps have this size but for those that end at a sample.
+        """(integrator, setting, exact); `exact` is False if steps may have other sizes than the setting.
 
-        Steps end at evenly spaced times. At other times, and at times closer than a step, one-step methods of gnomon
-        make a shorter step aside; any other method has steps that are not longer than the mean distance of the times.
+        Steps end at evenly spaced times. For other times, or times closer than a step, a one-step method of gnomon computes
+        a sample by a shorter step, and goes on from the full step. Any other method takes steps of at most the mean distance
+        of the times.
         """
         if not isinstance(self.integrator.sweep, Steps):
             return self.integrator, self.setting, True

@@ -79,9 +79,9 @@ def run(
     If `near_duplicates` is False, near-duplicate methods (those with `primary = False`) do not run on hard variants.
 
     Trials that the file already contains are not repeated. After an interruption at any moment, an equal call continues
-    from the file. Raises ValueError before anything runs if an integrator's declaration is wrong, if two integrators
-    have one id, or if a worker process could not make one again; and after all other cases are done if the exact motion
-    of a case cannot be computed.
+    from the file. Raises ValueError before anything runs if the declaration of an integrator is wrong, if two integrators
+    have one id, or if a worker process cannot make an integrator from its pickle. If the exact motion of a case cannot be
+    computed, raises ValueError after all other cases have run.
     """
     need_fork()
     began = monotonic()

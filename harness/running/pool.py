@@ -42,7 +42,7 @@ would take a fifth of a run.
 
 
 ANSWERS = (Status.REFUSED, Status.UNSUPPORTED)
-"""Failures that an integrator states itself: the series continues in the same worker."""
+"""Failures that an integrator states itself: its worker then runs the next trial of the series."""
 FAILURES = (*ANSWERS, Status.CRASHED, Status.NOT_INSTALLED, Status.OUT_OF_MEMORY, Status.INTERRUPTED)
 """Statuses that a worker may send instead of an outcome. After all but ANSWERS the series continues in a new worker."""
 

@@ -1,6 +1,7 @@
 """Writes the table of `gnomon recommend` from a run: the answers of `needs` at every error, with the forms of the methods.
 
-What the trial outside of the catalogue found stands in the head: its margin is the factor of the reliable tolerances.
+The first line of the table has the results of the trial on systems outside of the catalogue. Tolerances to rely on are
+multiplied by the margin of this trial.
 """
 
 import json
@@ -82,7 +83,7 @@ def answers(measured: Measurements, margin: float = 1.0) -> list[dict[str, Any]]
 
 
 def _trial(path: Path) -> dict[str, Any]:
-    """What the trial outside of the catalogue found."""
+    """The results of the trial on systems outside of the catalogue."""
     found: dict[str, Any] = json.loads(path.read_text("utf-8"))
     margin = found.get("margin")
     if not (isinstance(margin, int | float) and 0 < margin <= 1):
@@ -117,7 +118,7 @@ def _head(run: Run) -> dict[str, Any]:
 
 
 def _row(answer: Answer) -> dict[str, Any]:
-    """An answer as the table holds it: numbers to FIGURES figures, without what is not known."""
+    """An answer as a row of the table: numbers with FIGURES figures; values that are not known are left out."""
     row: dict[str, Any] = {
         "library": answer.library,
         "methods": list(answer.methods),

@@ -32,12 +32,12 @@ FIXED_ERROR, FIXED_HALVINGS = 1e-10, 5
 """The error of `sol` that is small enough with fixed steps, and the halvings of polynomials: each step of a method of low
 order has a kink at its ends."""
 FAR_APART, TINY = 100.0, 1e-300
-"""In tolerances, how far states at other times may differ from those of the result before the message says so."""
+"""The message warns if states from an integration to other times differ from the result by FAR_APART tolerances or more."""
 SAID = {
     "rtol": "its relative tolerance",
     "epsilon": "which bounds the last term of its series and is not an error; the manual advises 1e-9",
 }
-"""Of the parameters that set the accuracy of a method with error control, what they are."""
+"""The meaning of the parameters that set the accuracy of a method with error control."""
 OWN_NAMES = SAID.keys() - {"rtol"}
 INSTEAD = {
     "tolerance": "write rtol=..., or step=... for a method of fixed steps",
@@ -358,9 +358,9 @@ def _steps(motion: Motion, found: Found) -> str:
 
 
 def _method(method: str | Integrator | type[Integrator], forms: Sequence[Form], lacking: str = "") -> Integrator:
-    """The integrator with this id, or the only one with this name that takes one of the forms.
+    """The integrator with this id, or the only integrator with this name that accepts one of the forms.
 
-    `lacking`: why they have no accelerations that depend on the positions alone.
+    `lacking`: the reason why the forms have no accelerations that depend only on positions.
     """
     if not isinstance(method, str):
         found = lookup.make(method, getattr(method, "__name__", f"method={method!r}"))

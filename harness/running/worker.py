@@ -59,7 +59,7 @@ REPEATED_SECONDS = 0.2
 ANNOUNCED_SECONDS = 0.01
 """Calls that together take longer are announced, each with its own deadline; the message takes 0.1 ms."""
 COUNTING_ULPS = 1000
-"""Unit, in ulps, of the perturbations of counting runs; those in timed calls are smaller multiples of an ulp."""
+"""Unit, in ulps, of the perturbations of counting runs; perturbations of timed calls are smaller multiples of an ulp."""
 MAYBE_SECONDS = ("reset_seconds", "null_seconds", "delay_seconds", "first_seconds")
 """The times of an Outcome that may be missing."""
 _OUTPUT_BYTES = 4000
@@ -109,7 +109,7 @@ class Request:
     null: bool = False
     first: bool = False
     place: int = 0
-    """Index of the setting in its sweep. It selects the start of the counting run, which is the same in every run."""
+    """Index of the setting in its sweep. It selects the start of the counting run, so that every run counts from it."""
     number: int = 0
     """Identifies the request: the answer repeats this number."""
 
@@ -309,7 +309,7 @@ class _Series:
         self.unannounced = 0.0
 
     def _call(self, solver: Prepared, start: Floats, keep: bool = True) -> Call:
-        """A call, with its own deadline unless all calls since the last deadline were short."""
+        """Call the solver; the call gets a new deadline, unless all calls since the last deadline were short."""
         if self.unannounced > ANNOUNCED_SECONDS:
             self.say("calling")
             self.unannounced = 0.0
@@ -364,10 +364,10 @@ class _Series:
     ) -> tuple[list[Call], Call, Floats | None]:
         """All timed calls, the call that is scored, and the states of a call from a perturbed initial state.
 
-        The time of a call that waited for a processor is replaced (see `_undelayed`), its states are not. A slow trial,
-        or one with `repeats` 1, is timed in one call. If this call takes less than half of the estimate, the method may
-        have kept results from this start at another setting: then calls from new starts are timed. If they are short too,
-        the trial is: the estimate was of a first call, whose code was just loaded.
+        If a call waited for a processor, its time is replaced (see `_undelayed`), but not its states. A slow trial, or a trial
+        with `repeats` 1, is timed in one call. If this call takes less than half of the estimate, the method may have kept
+        results from this start at another setting, so calls from new starts are timed. If they are short too, then the trial
+        is short: the estimate was from a first call, whose code was just loaded.
         """
         slow = estimate > request.slow_seconds or request.repeats == 1
         calls: list[Call] = []

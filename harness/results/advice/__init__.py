@@ -1,1 +1,1 @@
-"""What to use for a need, from the measurements of a run or from the published table."""
+"""Recommendations of methods for a need, from the measurements of a run or from the published table."""

@@ -7,7 +7,7 @@ from typing import Any
 from gnomon.harness.contract.declared import read_declared
 
 METHOD, SETTING = "{method}", "{setting}"
-"""Stand in the lines for the id of the method and for the argument of its setting."""
+"""Placeholders in the lines, for the id of the method and for the argument of its setting."""
 
 
 @cache

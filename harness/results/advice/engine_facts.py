@@ -1,4 +1,4 @@
-"""What the published league says of a physics engine, by kind of scene: order, constant, steps, what it cannot model.
+"""The published results of a physics engine by kind of scene: order, constant, steps, effects that it cannot model.
 
 The file is a part of the league (`reduce_to_installed`); the assembly of a publication writes it.
 """
@@ -31,7 +31,7 @@ SHIPPED = "as shipped"
 
 @dataclass(frozen=True)
 class Kind:
-    """What one way to drive an engine does on the scenes of a kind: medians over `ordered` of `scenes` scenes.
+    """The results of one way to drive an engine on the scenes of a kind: medians over `ordered` of `scenes` scenes.
 
     `steps`: by error, the largest step over the time scale that is enough on all scenes that reach it, and their number.
     """
@@ -46,7 +46,7 @@ class Kind:
 
 
 def read() -> dict[str, Any]:
-    """The published league. Raises FileNotFoundError, which says what to do, before the first publication."""
+    """The published league. Before the first publication, raises FileNotFoundError with the way out."""
     path = files("gnomon.harness.results.advice") / FILE
     if not path.is_file():
         raise FileNotFoundError(
@@ -90,7 +90,7 @@ def library_of(found: Mapping[str, Any], name: str) -> str:
 
 
 def failure_text(row: Mapping[str, Any]) -> str:
-    """What a pre-flight that failed measured; of an engine that crashed in it the reason."""
+    """The measured result of a pre-flight that failed, or the reason if the engine crashed, in words."""
     text = row.get("text") or row.get("reason") or ""
     if row.get("measured") is None or row.get("bound") is None:
         return str(text)

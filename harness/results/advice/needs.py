@@ -1,12 +1,12 @@
-"""What to use for a need: for each library its method, the setting, the cost, and the number of systems it rests on.
+"""Recommendations for a need: for each library a method, its setting, its cost, and the number of systems behind them.
 
-A need is a subject of `needs.toml`: stiff systems, long times, events, high accuracy and more. Each library answers with
-its representative (`registry.representatives`), which was chosen before the run. Another method of the library stands
-beside it if the measurements separate it as better: the best of several, found after the run.
+A need is a subject of `needs.toml`: stiff systems, long times, events, high accuracy and more. The answer of a library is
+its representative (`registry.representatives`), which was chosen before the run. A second answer is another method of the
+library that the measurements show to be better: the best of several, chosen after the run.
 
-Variants of one case are one system, because they are not independent. A system is reached if all of its problems that
-were tried are. An answer carries the share of systems that are reached with its interval, however few they are, and a
-setting to rely on (`Reliable`) beside the setting of the median problem.
+Variants of one case are one system, because they are not independent. A method reaches a system if it reaches all problems
+of the system on which it was tried. An answer has the share of systems that the method reaches, with its interval for any
+number of systems, the setting of the median problem, and a setting to rely on (`Reliable`).
 """
 
 import math
@@ -36,7 +36,7 @@ from gnomon.harness.results.separation import discoveries, signs, test_paired, w
 THIRD, OWN, YOURS = "third-party", "gnomon", "yours"
 """Divisions: libraries that gnomon drives, its own methods, and integrators that a user gave to the run."""
 UNKNOWN = {*NEVER_RAN, Status.INTERRUPTED}
-"""Statuses of settings of which nothing is known; a problem with no other ones was not tried."""
+"""Statuses of settings without a result. A problem whose settings all have such a status was not tried."""
 PAIRED = 2
 """The smallest number of systems on which two methods are compared: a scatter needs two differences."""
 ORBITS = "Bodies under gravitation"
@@ -59,12 +59,12 @@ class Subject:
     need: bool = False
     """Whether the page shows it; `gnomon recommend` knows the others too."""
     stands: str | None = None
-    """The kind whose representatives stand for the libraries; None for the kind of each case."""
+    """The kind whose representatives answer for the libraries; None for the kind of each case."""
     kinds: tuple[str, ...] = ()
     problems: tuple[str, ...] = ()
-    """Further problems, beside the default variants of the cases of `kinds`."""
+    """Problems of the need in addition to the default variants of the cases of `kinds`."""
     decays: Mapping[str, float] = field(default_factory=dict)
-    """The number of decays by problem, if this is what makes it hard."""
+    """For a stiff need, the number of decays within the span, by problem."""
     words: Sequence[str] = ()
     """Further names of the subject."""
 
@@ -104,9 +104,9 @@ class Setting:
 class Reliable:
     """The setting of a method to rely on: it holds the error on as many systems as possible, with a margin.
 
-    The tightest setting that a problem of the method needs, times the margin, and rounded down to the settings of the
-    sweep; looser again only where that setting was not measured, or round-off is above the error. A margin is of
-    tolerances alone; a step is the tightest one of the problems.
+    A tolerance is the tightest one that a problem needs, times the margin, rounded down to a tolerance of the sweep. It is
+    looser only if this tolerance was not measured, or if its round-off exceeds the error. A step is the smallest step that a
+    problem needs, without a margin.
     """
 
     integrator: str
@@ -125,7 +125,7 @@ class Reliable:
 
 @dataclass(frozen=True)
 class Span:
-    """The systems that an answer rests on; outside of them its settings were not tried."""
+    """The range of the systems on which an answer was measured; its settings were not tried outside of this range."""
 
     shortest: float
     """The shortest and the longest span, in time scales."""
@@ -138,24 +138,24 @@ class Span:
 
 @dataclass(frozen=True)
 class Answer:
-    """What the measurements say of one library, or of one integrator that a user gave, on the systems of a need."""
+    """The results of one library, or of one integrator of the user, on the systems of a need."""
 
     library: str
     division: str
     methods: tuple[str, ...]
     """Ids: one, or one for each kind of the systems that were tried."""
     why: str
-    """Why nothing was measured: the manual has no such method, or it was not run; else empty."""
+    """The reason without measurements: the manual has no method for the need, or the method was not run; else empty."""
     tried: int
     """Systems on which they ran."""
     systems: int
-    """Systems on which they reach the error: the number on which times, evaluations and settings rest."""
+    """Systems on which they reach the error; times, evaluations and settings are medians over these."""
     seconds: float = math.nan
     """The median over these systems; each one counts with the median of its problems."""
     low: float = math.nan
     high: float = math.nan
     evaluations: float = math.nan
-    """Right-hand sides, likewise; nan if not counted."""
+    """The median number of right-hand sides; nan if they were not counted."""
     setting: Setting | None = None
     """Of the median problem."""
     loosest: float = math.nan
@@ -166,15 +166,15 @@ class Answer:
     rests_on: Span | None = None
     """The systems that are reached, or, without one, the systems that were tried."""
     best_error: float = math.nan
-    """If no system is reached: the least error that is reached on at least half of those that were tried."""
+    """If no system is reached: the least error that is reached on at least half of the systems that were tried."""
     launches: int = 0
-    """The fewest launches that a time rests on."""
+    """The least number of launches behind a time."""
     better: "Answer | None" = None
-    """Another method of the library that the measurements separate from these as better."""
+    """Another method of the library, which the measurements show to be better than these."""
     among: int = 0
-    """In `better`: the number of methods of the library that were compared, of which it is the best."""
+    """In `better`: the number of methods of the library that were compared, this best one included."""
     how: str = ""
-    """In `better`: what separates it."""
+    """In `better`: the result by which it is better, in words."""
 
     @property
     def recommended(self) -> bool:
@@ -330,7 +330,7 @@ class Measurements:
         return math.inf if held is None else float(held.min())
 
     def span(self, systems: Iterable[_System]) -> Span | None:
-        """What these systems are; None without one."""
+        """The range of these systems; None without systems."""
         problems = [problem for system in systems for problem in system.problems]
         if not problems:
             return None

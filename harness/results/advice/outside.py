@@ -42,7 +42,7 @@ Row = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class System:
-    """What a judge knows of a drawn system."""
+    """The need, the family and the half of a drawn system."""
 
     need: str
     family: str
@@ -50,7 +50,7 @@ class System:
 
 
 class Pair(NamedTuple):
-    """Two libraries of which the first is published as faster for a need at an error, and the ratio of their times."""
+    """Two libraries and the ratio of their times; `faster` is published as the faster one for a need at an error."""
 
     need: str
     error: float
@@ -60,7 +60,7 @@ class Pair(NamedTuple):
 
 
 class Trial(NamedTuple):
-    """A library on a system at an error: held or not, and by which setting."""
+    """The result of a library on a system at its setting for an error, which it holds or not."""
 
     system: str
     need: str
@@ -148,7 +148,10 @@ def median(answer: Row) -> float:
 def try_settings(
     trials: Trials, answers: Mapping[tuple[str, float, str], Row], half: str, factor: float | None = 1.0
 ) -> list[Trial]:
-    """All libraries on the systems of a half, at the setting to rely on by a factor; for None at the median setting."""
+    """The trials of all libraries on the systems of a half, at the setting to rely on with the margin `factor`.
+
+    If `factor` is None, at the setting of the median problem.
+    """
     found = []
     for (name, library), method in trials.methods.items():
         system = trials.systems[name]
@@ -163,9 +166,9 @@ def try_settings(
 
 
 def choose_margin(trials: Trials, answers: Mapping[tuple[str, float, str], Row]) -> tuple[float, list[dict[str, Any]]]:
-    """The largest margin that is enough on its half, or the one with the largest share; and the share of each.
+    """(margin, shares): the largest margin with a share of WANTED on its half, else the margin with the largest share.
 
-    `answers`: of a table whose settings have no margin yet.
+    `answers`: the answers of a table whose settings have no margin yet.
     """
     shares = [
         {"margin": margin, **share([(one.system, one.held) for one in try_settings(trials, answers, MARGIN, margin)])}
@@ -177,9 +180,9 @@ def choose_margin(trials: Trials, answers: Mapping[tuple[str, float, str], Row])
 
 
 def share(outcomes: Sequence[tuple[str, bool]]) -> dict[str, Any]:
-    """The share of outcomes that hold, with its 95 % interval by Wilson, for as many independent trials as systems.
+    """The share of (system, holds) outcomes that hold, with its 95 % interval by Wilson; None without outcomes.
 
-    `outcomes`: the system and whether it holds. Without any the share is None.
+    The interval assumes one independent trial for each system.
     """
     of, held = len(outcomes), sum(holds for _, holds in outcomes)
     if not of:
@@ -226,7 +229,7 @@ def measurements(path: Path) -> Measurements:
 def _pair(
     need: str, error: float, first: tuple[str, Mapping[str, float]], second: tuple[str, Mapping[str, float]]
 ) -> list[tuple[Pair, float]]:
-    """The pair of two libraries with its p value, or none: for it they need two common systems."""
+    """[(pair, p value)] of two libraries; empty if they have fewer than two common systems."""
     common = [case for case in first[1] if case in second[1]]
     if len(common) < 2:
         return []
@@ -250,9 +253,9 @@ def order(trials: Trials, pairs: Sequence[Pair], halves: Sequence[str]) -> list[
 
 
 def judge(trials: Trials, answers: Callable[[float], Iterable[Row]], pairs: Sequence[Pair]) -> dict[str, Any]:
-    """The judgement of the answers of a run of the catalogue: the margin, the shares of both settings, the order, what missed.
+    """Judge the answers of a run of the catalogue: the margin, the shares of both settings, the order, the misses.
 
-    `answers`: the rows of the table with a margin; `pairs`: the published order.
+    `answers` gives the rows of the table with a margin; `pairs`: the published order.
     """
     margin, margins = choose_margin(trials, select_recommended(answers(1.0)))
     known = select_recommended(answers(margin))
@@ -287,6 +290,6 @@ def _by(name: str, outcomes: Sequence[tuple[Any, str, bool]]) -> list[dict[str, 
 
 
 def _miss(one: Trial) -> dict[str, Any]:
-    """A trial that does not reach its error, for a file: what has no number is None."""
+    """The row of a trial that does not reach its error, for a file: a number that is not finite is None."""
     row = {"system": one.system, "need": one.need, "library": one.library, "error": one.error, "setting": one.setting}
     return row | {"found": one.found if math.isfinite(one.found) else None, "status": one.status}

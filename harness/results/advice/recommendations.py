@@ -1,7 +1,7 @@
 """Reads the table of recommendations, `recommendations.jsonl`, which publication writes into the package. Without pandas.
 
-Its first line says whose measurements these are: revision, machine, date. The next lines hold the forms of equations that
-each method accepts; each further line is an answer of `needs`: a subject, an error, a library.
+Its first line has the origin of the measurements: revision, machine, date. The next lines hold the forms of equations that
+each method accepts. Each further line is an answer of `needs` for a subject, an error and a library.
 """
 
 import json
@@ -74,7 +74,7 @@ def require_schema(head: Mapping[str, Any]) -> None:
 
 
 def outside_text(found: Mapping[str, Any] | None, subject: str = "") -> str:
-    """What a trial on systems outside of the catalogue found, on those of a subject too, or that there was none."""
+    """The results of a trial on systems outside of the catalogue, of all and of a subject, in words; or that there is none."""
     if found is None:
         return "Outside of the catalogue these settings were not tried."
     reached, order = (_percent(found[name]) for name in ("share", "order"))
@@ -102,10 +102,10 @@ def subjects() -> dict[str, tuple[str, str]]:
 
 
 def subject(phrase: str) -> str:
-    """The key of a subject by its key, its title, the kind of system that it stands for, or one of its words.
+    """The key of the subject that a phrase names by key, title, kind of system, or one of its words.
 
-    Of a longer phrase the name with most words counts, as "double pendulum" in "a driven double pendulum". Raises
-    ValueError, with the subjects, for other phrases, and if such names lead to several subjects.
+    In a longer phrase the name with the most words counts, as "double pendulum" in "a driven double pendulum". Raises
+    ValueError, with all subjects, for a phrase without such a name, and for names of several subjects.
     """
     known = _names()
     held = _names_in(phrase, known)
@@ -179,7 +179,7 @@ def libraries_of(word: str) -> list[str]:
 def find(word: str, error: float | None = None, libraries: Sequence[str] = ()) -> Found:
     """The answers for a need or a kind of system, at an error, of these libraries or of all.
 
-    Raises ValueError for an unknown subject or library, and for an error below those that were measured.
+    Raises ValueError for an unknown subject or library, and for an error below all measured ones.
     """
     key, chosen = subject(word), {one for word in libraries for one in libraries_of(word)}
     row, table = read_declared("results", "advice/needs.toml")[key], read()
