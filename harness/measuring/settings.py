@@ -82,9 +82,7 @@ def choose_settings(given: Chosen | Iterable[float], integrators: Iterable[Integ
             raise ValueError(f"settings {kind}={_text(values)}: no integrator of this run takes a {kind}")
         for value in values:
             if not (is_finite(value) and 0 < value < (1 if kind == Tolerance.kind else math.inf)):
-                rule = (
-                    "a positive number below 1" if kind == Tolerance.kind else "a positive number, in the unit of time"
-                )
+                rule = "a positive number" + (" below 1" if kind == Tolerance.kind else ", in the unit of time")
                 raise ValueError(f"settings: {short(value)} is not a {kind}; a {kind} is {rule}")
         if not values:
             raise ValueError(f"settings: no {kind} is given; write some, {EXAMPLE}")

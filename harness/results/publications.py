@@ -90,7 +90,7 @@ def is_time(name: str) -> bool:
 
 
 def values(entries: Sequence[Entry], name: str) -> list[float | None]:
-    """A number of each entry; None if it is missing, or if it is a time on another machine than the last entry."""
+    """A number of each entry; None if it is missing, or if it is a time on another machine than the last value."""
     held = [entry for entry in entries if name in entry.numbers]
     machine = held[-1].environment["machine"] if held else None
     return [

@@ -146,23 +146,22 @@ class Sweep:
         """
         if self.launch > 1 or not math.isfinite(self._fastest):
             return None
-        (before, work), since = self._counted[-1], 0
+        (before, work), has_steps = self._counted[-1], isinstance(self.series.integrator.sweep, Steps)
         ratios = [after / count for (_, count), (_, after) in itertools.pairwise(self._counted[-3:])]
-        if isinstance(self.series.integrator.sweep, Steps):  # the work is proportional to the number of steps
+        if has_steps:  # the work is proportional to the number of steps
             ratios.append(before / setting)
         elif len(ratios) < 2:  # the first solution may have missed a pericentre
             ratios.append(1.0)
-        if not isinstance(self.series.integrator.sweep, Steps):
-            since = len(self._timeouts)
+        since = 0 if has_steps else len(self._timeouts)
         expected = work * max(min(ratios), 1.0) ** (since + 1)
         seconds, times = expected * self._fastest, TIMES_THE_LIMIT
         if self._timeouts:
-            times = (self.limit_seconds + GRACE_SECONDS) / self.limit_seconds
-        if seconds < min(times, TIMES_THE_LIMIT) * self.limit_seconds:
+            times = min(times, (self.limit_seconds + GRACE_SECONDS) / self.limit_seconds)
+        if seconds < times * self.limit_seconds:
             return None
         what = "right-hand sides" if self.series.integrator.counts_rhs else "steps"
         return (
-            f"predicted {seconds:.3g} s, at least {min(times, TIMES_THE_LIMIT):.2g} times the limit of {self.limit_seconds:g} s:"
+            f"predicted {seconds:.3g} s, at least {times:.2g} times the limit of {self.limit_seconds:g} s:"
             f" {expected:.3g} {what}, by their smallest growth, of {self._fastest:.3g} s each, the fastest measured"
         )
 

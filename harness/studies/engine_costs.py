@@ -63,9 +63,8 @@ def _scenes(integrator: SceneIntegrator) -> Iterator[tuple[str, Case, SceneForm]
 def _measure(integrator: SceneIntegrator, case: Case, form: SceneForm) -> dict[str, Any]:
     """The costs of an engine's way on one scene: times of a step, of a call and of a reading, memory, equal bits."""
     scene = _scene(case, form)
-    world_kilobytes = _world_kilobytes(
-        integrator, form, scene
-    )  # first: later worlds would take memory that is free again
+    # First, as later worlds would take memory that is free again.
+    world_kilobytes = _world_kilobytes(integrator, form, scene)
     first = _run(integrator, form, scene)
     worlds = [_place(integrator, form, scene) for _ in range(2)]
     together = _least(lambda: worlds[0].advance(STEPS))
@@ -134,9 +133,8 @@ def _is_same(integrator: SceneIntegrator, form: SceneForm, scene: Scene, first: 
     found: list[Readings] = []
 
     def call() -> None:
-        with contextlib.suppress(
-            Exception
-        ):  # an engine whose callbacks are of the process may fail: then bits are missing
+        # Callbacks of an engine that belong to the process may fail: then bits are missing.
+        with contextlib.suppress(Exception):
             found.append(_run(integrator, form, scene))
 
     threads = [threading.Thread(target=call) for _ in range(2)]

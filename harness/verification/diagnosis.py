@@ -245,10 +245,8 @@ def _is_late(trials: Trials, answer: Answer) -> bool:
     if np.mean(inside) < MOST:
         return False
     states = np.asarray(answer.states)[inside]
-    fits = trials.distance(states, sample(times[inside] + later[inside])) < NEAR * trials.distance(
-        states, exact[inside]
-    )
-    return bool(np.mean(fits) > MOST)
+    left = trials.distance(states, sample(times[inside] + later[inside]))
+    return bool(np.mean(left < NEAR * trials.distance(states, exact[inside])) > MOST)
 
 
 def _explain_departure(trials: Trials, answer: Answer) -> str | None:

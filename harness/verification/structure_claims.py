@@ -93,10 +93,8 @@ def _has_momentum(trials: Trials) -> str | None:
 
 
 def _momenta(trials: Trials) -> list[str]:
-    invariants = trials.case.invariants
-    return [
-        name for name in invariants if name in ("momentum", "angular_momentum") and invariants[name].law == "constant"
-    ]
+    invariants, names = trials.case.invariants, ("momentum", "angular_momentum")
+    return [name for name in names if name in invariants and invariants[name].law == "constant"]
 
 
 def _check_invariants(trials: Trials, names: Sequence[str], what: str, carried: float = 1.0) -> Finding:

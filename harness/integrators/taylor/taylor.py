@@ -52,12 +52,8 @@ class Taylor(Integrator):
             raise Refused(str(error)) from None
         address, length = kernel.address, kernel.sizes[2]
         run = compile_whole(integrate, SIGNATURE)
-        order, parameters, times, limits = (
-            order_for(setting),
-            problem.parameters,
-            problem.times,
-            limits_of(self, problem),
-        )
+        order, limits = order_for(setting), limits_of(self, problem)
+        parameters, times = problem.parameters, problem.times
 
         def loop(initial: Floats, out: Floats, stop: NDArray[np.int64]) -> int:
             return run(address, parameters, initial, times, order, length, limits, out, stop)
