@@ -151,6 +151,7 @@ def _sides(chosen: Ensemble, given: tuple[str, str] | None) -> tuple[int, int]:
 
 
 def _ensure_places(out_path: Path | None, parquet: Path | None, mapped: bool) -> None:
+    """Make the folders of the results. Raises ValueError if a result could not be written there."""
     from gnomon.harness.system import extras
 
     if mapped:

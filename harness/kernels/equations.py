@@ -241,6 +241,7 @@ def _compile(function: Callable[..., Any], sizes: tuple[int, int, int]) -> Kerne
 
 
 def content(array: ir.Array) -> tuple[Any, ...]:
+    """The elements of an array of the emitted code, as a tuple of symbolic values."""
     return tuple(array[i] for i in range(len(array)))
 
 

@@ -27,7 +27,7 @@ def valley(t: Any, q: Numbers, *p: Any) -> list[Any]:
 
 
 def deep_valley(t: Any, q: Numbers, *p: Any) -> list[Any]:
-    """Accelerations in space: three squares, the cubic terms x^2 y, y^2 z, z^2 x and xyz, and a quartic that confines."""
+    """Accelerations in a potential of x, y, z: squares, the terms x^2 y, y^2 z, z^2 x and x y z, and a confining quartic."""
     x, y, z = q
     a, b, c, d, e, f, g, h, k, m = p
     quartic = h * x * x + k * y * y + m * z * z

@@ -22,7 +22,7 @@ from gnomon.harness.results.outstanding import Outstanding, outstanding
 from gnomon.harness.results.separation import Scatter
 from gnomon.harness.running.plan import NEAR_DUPLICATE
 from gnomon.harness.studies import constraint_errors, horizon, model_hierarchy
-from gnomon.harness.studies.drift import rebuilt
+from gnomon.harness.studies.drift import rebuild_case
 
 DECIMAL_STEPS = (1e-2, 1e-3, 1e-4)
 """Step sizes (s) at which the policies of an engine are compared."""
@@ -184,7 +184,9 @@ class Run:
             "records"
         ):
             try:
-                found.append(rebuilt(self.classes[row["case"]], "", json.loads(row["numbers"]), float(row["span"])))
+                found.append(
+                    rebuild_case(self.classes[row["case"]], "", json.loads(row["numbers"]), float(row["span"]))
+                )
             except ValueError:
                 continue
         return found

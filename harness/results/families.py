@@ -116,6 +116,7 @@ def sweeps(timed: pd.DataFrame) -> dict[Problem, list[Sweep]]:
 
 
 def _sweep(name: str, rows: Sequence[dict[str, Any]]) -> Sweep:
+    """The sweep of a method on a problem, from its rows; the error of a setting that diverged is infinite."""
     scored = [row for row in rows if row["status"] in SCORED and row["seconds"] > 0]
     errors = (math.inf if row["status"] == Status.DIVERGED else row["error_max"] for row in scored)
     return Sweep(

@@ -71,7 +71,7 @@ def append(path: Path, entry: Entry) -> None:
 
 
 def names(entries: Sequence[Entry]) -> list[str]:
-    """The names of all numbers."""
+    """The names of all numbers in these publications, sorted."""
     return sorted({name for entry in entries for name in entry.numbers})
 
 

@@ -183,7 +183,7 @@ def changes(base: Sequence[Row], run: Sequence[Row]) -> list[SeriesChange]:
 
 
 def slower(found: Sequence[SeriesChange]) -> list[str]:
-    """A line for each series that is slower than the base by more than EQUAL_WITHIN; advisory, as machines are."""
+    """A line for each series that is slower than the base by more than EQUAL_WITHIN: advice, because machines differ."""
     return [
         f"{' '.join(one.name)}: {one.seconds.ratio:.2g} ({one.seconds.low:.2g} – {one.seconds.high:.2g}) times the time of the"
         " base (advisory)"

@@ -81,7 +81,7 @@ def seal_all(db: sqlite3.Connection, table: str) -> None:
 
 
 def verify(db: sqlite3.Connection, table: str) -> None:
-    """Raise Damaged if values of a row do not match its checksum; names the first one."""
+    """Raise Damaged, which names the first such row, if the values of a row do not match its checksum."""
     right = _checksum_of(table)
     damaged = db.execute(f"SELECT rowid FROM {table} WHERE checksum IS NOT {right} LIMIT 1").fetchone()
     if damaged is not None:

@@ -55,10 +55,12 @@ class Passage:
 
 
 def oscillator(t: Any, state: Values, parameters: Values) -> Values:
+    """q'' = -q, as equations of first order."""
     return state[1], -state[0]
 
 
 def falling(t: Any, state: Values, parameters: Values) -> Values:
+    """A free fall with the acceleration -1."""
     return state[1], -1
 
 

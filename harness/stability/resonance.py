@@ -150,7 +150,7 @@ def resonance(integrator: Integrator, seconds: float) -> dict[str, Any]:
     cost = len(AMPLITUDES) * cost_of_motion(integrator)
     limit = first_limit(scan(step, 1j, cost / (STEPS_A_SAMPLE * SAMPLES), seconds / 8))
     if problem.alone or several_steps(step, 1j, limit)[0]:
-        raise Refused("a step of it is no matrix: it uses earlier steps")
+        raise Refused("its step is not a matrix, because it uses earlier steps")
     predictions = predict(step)
     count = next((n for n in POINTS if n * cost * max(len(predictions), 1) < seconds / 2), POINTS[-1])
     limits = []
@@ -167,7 +167,10 @@ def resonance(integrator: Integrator, seconds: float) -> dict[str, Any]:
 
 
 def resonance_at(integrator: Integrator, order: int, x: float, count: int) -> dict[str, Any]:
-    """A prediction, and for each amplitude the nearest interval in which motions grow."""
+    """The predicted resonance at frequency times step x, and for each amplitude the nearest interval in which motions grow.
+
+    `count`: the number of step sizes that are tried around x.
+    """
     window = window_around(x, count)
     seen: list[dict[str, Any] | None] = []
     for factors in growth(integrator, window):

@@ -95,7 +95,7 @@ def _line(x: Floats, y: Floats) -> tuple[float, float]:
     return slope, float(rest @ rest)
 
 
-def rebuilt(kind: type[Case], variant: str, numbers: Mapping[str, str], span: float) -> Case:
+def rebuild_case(kind: type[Case], variant: str, numbers: Mapping[str, str], span: float) -> Case:
     """The case of a stored trial, from the exact numbers of the trial.
 
     Raises ValueError if the case has parameters that it did not have when it ran.
@@ -134,7 +134,9 @@ def choose_samples(path: Path, frame: pd.DataFrame, known: Mapping[str, type[Cas
     for (name, variant), group in wanted.groupby(["case", "variant"]):
         first = group.iloc[0]
         try:
-            cases.append((rebuilt(known[name], variant, json.loads(first["numbers"]), float(first["span"])), group))
+            cases.append(
+                (rebuild_case(known[name], variant, json.loads(first["numbers"]), float(first["span"])), group)
+            )
         except ValueError:
             continue  # the case has other parameters now: its rows keep their errors, without laws
     exact = reference_solutions([CaseSpec.of(case) for case, _ in cases], lambda: None)

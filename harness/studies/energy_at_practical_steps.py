@@ -292,6 +292,6 @@ def _say(measure: Measure, send: Send) -> None:
 
 
 def _serve(given: references.Reference, spec: CaseSpec, connection: Connection) -> None:
-    """The work of an EnergyJob in a process that imports the user's module again."""
+    """Do the work of an EnergyJob in a new process, which imports the user's module, and send the results."""
     integrator, (case, _) = references.dereference(given), spec.build()
     _say(partial(follow_motion, integrator, case), sender(connection))

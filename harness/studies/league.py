@@ -213,7 +213,7 @@ def threads_of(name: str) -> bool:
 
 
 def preflights_of(name: str) -> list[dict[str, Any]]:
-    """A row for each scene that the engine takes; `text` says what was measured, the bound, and what it means."""
+    """A row for each pre-flight on a scene that the engine accepts; `text` has the measured value, its bound and its meaning."""
     rows = preflight.preflights(lookup.own()[name], on=[get(*case.split("/")) for case in ON])
     return [
         {

@@ -11,7 +11,7 @@ from gnomon.cases.core.registry import case_class, installed_names
 from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.measuring.score import Scorer
 from gnomon.harness.results import reading
-from gnomon.harness.studies.drift import rebuilt
+from gnomon.harness.studies.drift import rebuild_case
 
 Row = dict[str, Any]
 
@@ -45,7 +45,7 @@ def read_scored_states(path: Path, wanted: Callable[[Case], bool]) -> list[tuple
 def _scorer(row: Row, wanted: Callable[[Case], bool]) -> Scorer | None:
     variant = "" if row["variant"] == "default" else row["variant"]
     try:
-        case = rebuilt(case_class(row["case"]), variant, json.loads(row["numbers"]), float(row["span"]))
+        case = rebuild_case(case_class(row["case"]), variant, json.loads(row["numbers"]), float(row["span"]))
     except ValueError:
         return None
     return Scorer.of(case) if wanted(case) else None

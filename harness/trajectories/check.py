@@ -263,7 +263,7 @@ def check(
     >>> bool(gnomon.check("kepler_orbit", orbit.times, 1.001 * states).within(1e-6))
     False
     """
-    chosen, accepted = _one_case(case), {accept} if isinstance(accept, str) else {*accept}
+    chosen, accepted = _find_one_case(case), {accept} if isinstance(accept, str) else {*accept}
     for word in accepted - {*ACCEPTED}:
         raise ValueError(f"accept={shorten(repr(word))}: it is one of {', '.join(ACCEPTED)}")
     if within is not None:
@@ -298,11 +298,12 @@ def check_trajectory(
     return TrajectoryCheck(found.case, found.trajectory, found, "", bound)
 
 
-def _one_case(given: Any) -> Case:
-    found = selection.find_cases([given])
-    if len(found) != 1:
-        raise ValueError(f"case={shorten(repr(given))}: {len(found)} cases have this name; give one")
-    return found[0]
+def _find_one_case(given: Any) -> Case:
+    """The case with this name. Raises ValueError for a pattern of several cases."""
+    cases = selection.find_cases([given])
+    if len(cases) != 1:
+        raise ValueError(f"case={shorten(repr(given))}: {len(cases)} cases have this name; give one")
+    return cases[0]
 
 
 def _table(times: Any, states: Any) -> Table:

@@ -97,7 +97,7 @@ def read_columns(
 
 
 def coordinate_sets(case: Case) -> list[Coordinates]:
-    """The names under which a file may have the state: of the case itself first, then of its formulations."""
+    """The sets of coordinates that a file may hold: of the case itself, then of each formulation without another clock."""
     own = Coordinates(tuple(c.name for c in case.state), {c.name: c.unit for c in case.state})
     found = [own]
     for each in case.formulations:

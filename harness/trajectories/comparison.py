@@ -320,7 +320,7 @@ def compare(
         notes.append(f"compared: {MOST_COMPARED} of {len(rows)} rows, evenly chosen")
         rows = rows[pick_evenly(len(rows), MOST_COMPARED)]
     times = trajectory.times[rows]
-    case = _over(case, float(times[-1]))
+    case = _fit_span(case, float(times[-1]))
     exact = case.sample(times)
     scorer = Scorer(case, None, _reference(case, times, exact))
     trajectory.notes += notes
@@ -401,17 +401,17 @@ def _choose_rows(trajectory: Trajectory, first: float | None, last: float | None
     return rows
 
 
-def _over(case: Case, last: float) -> Case:
-    """The case over its own span, if the trajectory takes half of it or more, or else over the time of the trajectory."""
+def _fit_span(case: Case, last: float) -> Case:
+    """The case with the span of a trajectory that ends at `last`; with its own span if the trajectory fills at least half."""
     if float(case.span) / 2 <= last <= float(case.span):
         return case
-    longer, variant = case.with_span(last), case.variant
-    longer.variant = variant
-    return longer
+    other = case.with_span(last)
+    other.variant = case.variant
+    return other
 
 
 def _reference(case: Case, times: Floats, exact: Floats, scored: Scorer | None = None) -> ReferenceSolution:
-    """A reference solution at the times of a file; without floor and conditioning, which are computed where needed."""
+    """A reference solution at the times of a file, without floor and conditioning, which are computed when needed."""
     if scored is None:
         sizes = np.empty(len(case.state))
         for group in case.metric.groups:

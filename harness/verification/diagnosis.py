@@ -500,7 +500,7 @@ def _of_order(failures: Failures, claims: set[str], found: Facts) -> str | None:
 
 
 def _slopes(found: Facts) -> list[float]:
-    """Powers of the step with which errors fall: over single steps if they are known, else over the whole span."""
+    """The power of the step with which errors fall, over single steps or else over the whole span; empty if unknown."""
     points = found.get("points", [])
     single = [point for point in found.get("single_steps", []) if point[1] > 20 * point[2]]
     if len(single) >= 2:

@@ -90,9 +90,9 @@ def is_right_at_end(trials: Trials) -> bool:
 
 
 def _error(trials: Trials, setting: float, end: bool = False) -> tuple[float, float, str | None]:
-    """(error, error allowed for rounding, why there is no solution) for the polynomial over a time of 1, from y = 0.
+    """(error, error allowed for rounding, reason without a solution) for the polynomial from y = 0 over a time of 1.
 
-    With `end` the end is the only sample.
+    With `end` the only sample is at the end.
     """
     twice = FirstOrder not in trials.integrator.accepts
     powers = np.arange(1.0, CUBIC + 2)  # of t in the first components of the exact solution; one more for accelerations

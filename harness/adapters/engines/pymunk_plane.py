@@ -46,12 +46,16 @@ class Plane:
 
 
 def turn_plane(vector: Pair, angle: float) -> Pair:
+    """A vector of the plane turned by an angle."""
     c, s = cos(angle), sin(angle)
     return c * vector[0] - s * vector[1], s * vector[0] + c * vector[1]
 
 
 def plane_of(scene: Scene, first: int = 1) -> Plane:
-    """A plane in which everything in a scene is, and along whose normal it turns; that across axis `first`, if it is one."""
+    """The coordinate plane of a planar scene: all vectors lie in it, and all axes of rotation along its normal.
+
+    If several planes are possible, the plane whose normal is axis `first`. Raises Refused if no plane is.
+    """
     for plane in map(Plane, (first, 1, 2, 0)):
         if (
             all(map(plane.holds, _in_plane(scene)))

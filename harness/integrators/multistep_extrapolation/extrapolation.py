@@ -38,7 +38,8 @@ COLUMNS = 10
 """The largest number of columns of the extrapolation table: order 20, 111 right-hand sides."""
 
 FEWER, MORE = 0.8, 0.9
-"""One column fewer is used if it takes less than 0.8 of the work per unit of time, one more if less than 0.9 (ODEX)."""
+"""The next step has one column fewer if its work per unit of time is less than 0.8 times as large; one column more, if less
+than 0.9 times (ODEX)."""
 
 
 class GraggBulirschStoer(Adaptive):
@@ -265,7 +266,10 @@ def hopeless(j: int, target: int) -> float:
 
 
 def better_column(good: int, target: int, rejected: bool, work: Floats) -> int:
-    """The target column of the next step: the column with the least work per unit of time."""
+    """The target column of the next step, as in ODEX: the column with the least `work`, right-hand sides per unit of time.
+
+    `good` is the column at which this step converged, and `target` its target.
+    """
     if good == 1:
         return 1 if rejected else 2
     best = good if good <= target else good - 1

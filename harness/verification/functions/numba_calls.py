@@ -83,6 +83,7 @@ def _call(context: Any, address: Any, t: Any, y: Any, p: Any, out: Any) -> Any:
 
 @numba.njit  # type: ignore[untyped-decorator]
 def _evaluate(f: Any, t: float, state: Any) -> Any:
+    """The values of the compiled equations at a time and a state, an array."""
     out = np.empty(f.size)
     _call(f.address, t, state.ctypes.data, f.buffer.ctypes.data, out.ctypes.data)
     return out[f.first :]
@@ -90,6 +91,7 @@ def _evaluate(f: Any, t: float, state: Any) -> Any:
 
 @numba.njit  # type: ignore[untyped-decorator]
 def _count_call(f: Any, t: float, state: Any) -> Any:
+    """Evaluate the equations, and count the call. Raises TooManyCalls above the limit."""
     f.calls[0] += 1
     f.buffer[-1] += 1
     if f.calls[0] > f.calls[1]:

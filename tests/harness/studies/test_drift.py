@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from gnomon.harness.results import analysis, store
 from gnomon.harness.results.schema import TRIAL_COLUMNS
-from gnomon.harness.studies.drift import growth, laws, rebuilt
+from gnomon.harness.studies.drift import growth, laws, rebuild_case
 from gnomon.harness.studies.growth import LAWS
 from on_cases import exact_states
 
@@ -70,13 +70,13 @@ def test_for_random_walks_the_interval_contains_one_half() -> None:
 def test_a_case_is_rebuilt_from_its_stored_numbers() -> None:
     case = cases.get("pendulum_simple", "rotation").rounded()
     numbers = {name: str(value) for name, value in case.numbers.items()}
-    again = rebuilt(cases.case_class("pendulum_simple"), "rotation", numbers, float(case.span))
+    again = rebuild_case(cases.case_class("pendulum_simple"), "rotation", numbers, float(case.span))
     assert (again.numbers, again.span, again.variant) == (case.numbers, Fraction(float(case.span)), "rotation")
 
 
 def test_a_case_with_other_parameters_than_stored_is_refused() -> None:
     with pytest.raises(ValueError, match="theta"):
-        rebuilt(cases.case_class("pendulum_simple"), "", {"g": "1", "L": "1", "omega": "0"}, 1.0)
+        rebuild_case(cases.case_class("pendulum_simple"), "", {"g": "1", "L": "1", "omega": "0"}, 1.0)
 
 
 def test_laws_are_those_of_the_setting_whose_error_is_nearest_1e_5(tmp_path: Path) -> None:
