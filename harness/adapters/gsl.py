@@ -64,6 +64,7 @@ def partial(t: Any, y: Any, matrix: Any, by_time: Any, user: Any) -> int:
 
 
 def bad(out: Any) -> int:
+    """NOT_FINITE if a number is not finite, else 0."""
     for i in range(out.size):
         if not np.isfinite(out[i]):
             return NOT_FINITE

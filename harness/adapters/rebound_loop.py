@@ -33,7 +33,7 @@ class Layout(NamedTuple):
 
 
 def take_steps(advance: int, synchronize: int, simulation: int, count: float) -> int:
-    """Take this number of steps; the states of bodies are then those of one time."""
+    """Take `count` steps, then synchronize positions and velocities to one time; `advance` and `synchronize` are addresses."""
     status = result_at(advance, simulation, int(count))
     run_at(synchronize, simulation)
     return int(status)

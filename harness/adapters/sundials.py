@@ -144,6 +144,7 @@ def numbers(structure: Any, count: Any) -> Any:
 
 
 def bad(out: Any) -> int:
+    """1 if a number is not finite, else 0."""
     for i in range(out.size):
         if not np.isfinite(out[i]):
             return 1

@@ -29,9 +29,9 @@ class WithJacobian(FirstOrder):
 def evaluate(
     nodes: Iterable[Node], trace: Trace, t: Any, y: Sequence[Any], p: Sequence[Any], functions: Mapping[str, Any]
 ) -> dict[Any, Any]:
-    """The values of nodes, each after its arguments, at a time, a state and parameters.
+    """The values of nodes, which come after their arguments, at a time t, a state y and parameters p.
 
-    The arithmetic is that of these numbers and of `functions`, by their names in `math`.
+    The numbers may be of any type with arithmetic; `functions` gives its functions by their names in `math`.
     """
     found, one = dict[Any, Any]({trace.t: t}), functions["sqrt"](1)
     found |= zip(trace.parameters, p, strict=False)

@@ -61,7 +61,7 @@ def network(t: Any, q: Numbers, *p: Any) -> list[Any]:
 
 
 def double_pendulum(t: Any, y: Numbers, *p: Any) -> list[Any]:
-    """Two rods without mass: masses m and n, lengths a and b, friction c and d of the joints."""
+    """Two masses m and n on massless rods of lengths a and b, with friction c and d in the joints; y has angles, then rates."""
     u, v, w, z = y
     m, n, a, b, c, d, g = p
     turn = sin(u - v)
@@ -108,7 +108,7 @@ def _solve_three(a: Any, b: Any) -> list[Any]:
 
 
 def satellite(t: Any, q: Numbers, mu: Any) -> list[Any]:
-    """Accelerations about a fixed centre, in the plane or in space."""
+    """Accelerations by the gravity mu of a fixed centre at the origin, in the plane or in space."""
     square = sum((x * x for x in q[1:]), q[0] * q[0])
     weight = -mu / (square * sqrt(square))
     return [weight * x for x in q]

@@ -150,6 +150,7 @@ def _in_high_precision(
 
 
 def _attempt(scaled: _Scaled, times: Floats, motion: RoughMotion, explicit: bool, digits: int) -> Reference:
+    """Integrate in two independent ways to `digits` digits, and again with more digits if too few of them agree."""
     moments = [Fraction(t) / scaled.unit for t in times.tolist()]
     ways: dict[str, Callable[[], States]] = {
         "Taylor series": lambda: integrate(scaled.field(), scaled.start, moments, digits + SPARE),

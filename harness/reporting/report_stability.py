@@ -120,6 +120,7 @@ def intervals(
 
 
 def _row(column: Mapping[str, Any], mark: Mapping[str, Any], low: float, high: float) -> dict[str, Any]:
+    """A mark as a row of the figure's data: its places on the axis from low to high, or its text without a place."""
     numbers = {key: _place_on_axis(column, mark[key], low, high) for key in ("at", "low", "high")}
     told = _short(mark["text"]) if all(value is None for value in numbers.values()) else ""
     return {"integrator": mark["integrator"], "text": mark["text"], "told": told, "edge": low} | numbers

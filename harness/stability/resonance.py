@@ -248,10 +248,10 @@ def cost_of_motion(integrator: Integrator) -> float:
 def nonlinear_limit(
     integrator: Integrator, name: str, linear: bool, limit: float, cost: float, seconds: float
 ) -> dict[str, Any] | None:
-    """The first step, from a quarter of the predicted one up, at which a case fails within 2048 steps.
+    """The smallest step, of a scan from a quarter of the predicted limit upwards, at which a case fails within 2048 steps.
 
-    None if the integrator accepts no form of the case. `trial`: for a linear case, see `try_below`; None without time
-    for it.
+    None if the integrator accepts no form of the case. `trial`: see `try_below`; None for a nonlinear case, and if it would
+    take too much time.
     """
     case = get(name).rounded()
     if find_accepted_form(case, integrator.accepts) is None:

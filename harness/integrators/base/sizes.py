@@ -100,7 +100,7 @@ def size_by_end(h: float, end: Floats, groups: Integers, inverse: Floats, young:
 
 
 def follow_power(h: float, size: float, i: int, young: Floats) -> None:
-    """Note the size of component i after an attempt at the step h, and whether it follows a power of h."""
+    """Record in `young` the size of component i after a tried step h, and the power of h that the size follows."""
     if young[LONGEST, i] == 0.0:
         young[LONGEST, i], young[STEADY, i], young[POWER, i] = h, size, 0.0
     else:

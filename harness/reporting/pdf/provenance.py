@@ -80,6 +80,7 @@ def chapters(subject: Subject, folders: Sequence[Path]) -> list[dict[str, Any]]:
 
 
 def _certificates(subject: Subject, folders: Sequence[Path]) -> list[Part]:
+    """The certificates of the exact motions of this report, by way; then the independent computations."""
     ran = {(case, variant or "default") for case, variant in subject.ran[["case", "variant"]].itertuples(index=False)}
     rows = [row for row in certificate_rows(*folders) if (row["case"], row["variant"]) in ran]
     motions = count_text(len(ran), "exact motion")

@@ -599,7 +599,7 @@ def _best(held: Sequence[_Claim]) -> _Claim | None:
 
 
 def _costs(measured: Measurements, subject: Subject, problems: Sequence[Problem], error: float) -> list[Cost]:
-    """The costs of the methods for stiff equations on each problem that they were tried on, by its number of decays."""
+    """The costs of the methods for stiff equations on each problem on which they were tried, by its number of decays."""
     if not subject.decays:
         return []
     rows = []

@@ -141,7 +141,7 @@ def reliable(answer: Row, method: str, factor: float = 1.0) -> float:
 
 
 def median(answer: Row) -> float:
-    """The median setting over the catalogue, which is often enough."""
+    """The setting of the median problem of the catalogue, in the unit of `Setting.relative`."""
     return float(answer["setting"]["relative"])
 
 
