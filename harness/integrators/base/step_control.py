@@ -111,12 +111,12 @@ class Adaptive(Integrator):
         """The names that the family's functions read as constants, with their values for this method."""
 
     def kernel(self, problem: Problem) -> Kernel:
-        """The compiled equations, which give slopes and then the numbers `beside` them."""
+        """The compiled equations, which give slopes and, after them, `beside` further numbers."""
         second = isinstance(problem.form, SecondOrder)
         return acceleration(problem) if second else right_hand_side(problem)
 
     def beside(self, problem: Problem) -> int:
-        """How many numbers the array of slopes holds after the slopes, for the functions of the family."""
+        """The number of further numbers that the equations give after the slopes, for the functions of the family."""
         return 0
 
     def prepare(self, problem: Problem, setting: float) -> Solver:
@@ -339,7 +339,7 @@ def end_slope(f: Any, t: float, end: Floats, p: Floats, x: Floats, slope: Floats
 
 
 def arrive(f: Any, t: float, end: Floats, p: Floats, x: Floats, slope: Floats, k: Floats) -> bool:
-    """Compute the slope at the end of an accepted step, unless the step did; returns whether it is finite."""
+    """Compute the slope at the end of an accepted step, if the step has not; returns whether the slope is finite."""
     if ENDS == 0:
         end_slope(f, t, end, p, x, slope, k)
     finite = True

@@ -76,11 +76,10 @@ def advance(
 ) -> int:  # fmt: skip
     """Integrate each of `initial` (n, dim) into `out` (n, len(times), dim); returns the number of steps taken.
 
-    With substeps > 0 the times are multiples of substeps * h. With substeps = 0 they are not: the grid is uniform, and
-    each sample is computed by one shorter step from the grid point before it; the motion goes on from the grid point. A
-    sample within two ulps after a grid point is there: over such a step, methods that divide by it return round-off. A
-    trajectory ends if its state is not finite or a step fails; `stop` gets the reason, the trajectory and the sample of
-    the first early end.
+    With substeps > 0 the times are multiples of substeps * h. With substeps = 0 they are not: a shorter step from the grid
+    point before a sample computes the sample, and the next step begins at the grid point again. A sample within two ulps of
+    a grid point is the state there, because methods that divide by so short a step return round-off. A trajectory ends if
+    its state is not finite or a step fails; `stop` gets the reason, the trajectory and the sample of the first early end.
     """
     dimension = initial.shape[1]
     y, compensation, increment = np.empty(dimension), np.empty(dimension), np.empty(dimension)

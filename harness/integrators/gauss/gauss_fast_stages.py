@@ -255,7 +255,7 @@ def round_by_groups(
 def move_places(
     equations: Equations, group: tuple[int, ...], hh: Lanes, b: Vectors, x: Vectors, new: Vectors, table: Table
 ) -> Vectors:
-    """The places with those that new slopes of a group move, if a slope reads them."""
+    """The stages `x` in which the components of a group are computed from its `new` slopes, if a slope reads them."""
     read = tuple(i for i in group if i in equations.read)
     p = products(table, constants.STAGES, tuple(new[i] for i in read)) if read else ()
     for i, change in zip(read, p, strict=True):
@@ -302,7 +302,7 @@ def next_state(
 def next_state_exactly(
     equations: Equations, h: float, y: Numbers, compensation: Numbers, f: Vectors, splitter: Numbers, table: Table
 ) -> tuple[Numbers, Numbers]:
-    """The same, with the rounding residuals of all sums and products."""
+    """`next_state` with the rounding residuals of all sums and products."""
     n = equations.count
     rates = tuple(weight_exactly(f[i], splitter[i], table, constants.WEIGHTS) for i in range(n))
     if equations.second_order:

@@ -291,13 +291,10 @@ def sample_at(
     equations: Equations, part: float, t: float, step: float, y: Numbers, compensation: Numbers, monomials: Vectors,
     k: Numbers, table: Table, change_weight: Numbers, allowed_change: float, noise: float, rate: float, exactly: bool,
 ) -> tuple[bool, int, Numbers]:  # fmt: skip
-    """A sample by a separate step of length `part` from the start of the step in which it lies.
+    """Compute a sample by a separate step of length `part` from the start of the step: (has failed, rounds, state).
 
-        The stage polynomial of the whole step gives the first guess. A sample has the order of the end of a step, and the
-        steps do not depend on the samples. It is compiled as a function of its own: in line it slows the steps.
-
-        As the step has converged, its samples usually converge too, though a change may
-    XX the sample does not converge, the rounds, and the state.
+    A sample has the order of the end of a step, and the steps do not depend on the samples. The stage polynomial of the
+    whole step gives the first guess. A sample has failed if its stages do not converge, although the stages of the step did.
     """
     x = fma(lanes(part / step), row(table, constants.NODES), lanes(-1.0))
     near = tuple(at(m, x) for m in monomials)

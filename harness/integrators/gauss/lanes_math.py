@@ -90,7 +90,7 @@ def turn_lanes_first(a: Lanes) -> tuple[Lanes, Lanes, Near]:
 
 
 def turn_lanes_far(a: Lanes) -> tuple[Lanes, Lanes, Near]:
-    """The same where it is rarely needed: compiled as a function of its own."""
+    """`turn_lanes_first` for angles that few steps need: compiled apart from the steps."""
     return turn_lanes_first(a)
 
 

@@ -37,8 +37,8 @@ PLAIN = {name: getattr(math, name) for name in FUNCTIONS}
 class Staged:
     """The values of equations and of their derivatives, in three stages, and the divisors `poles`.
 
-    `bind` gives the form in which a function of lanes is used, and `functions` those of numbers by their names in
-    `math`: as they are for arrays of NumPy; for symbolic values as they are translated.
+    `bind` translates a function of lanes for symbolic values, and returns it unchanged for arrays of NumPy. `functions` has
+    the functions of numbers, by their names in `math`, for the same values.
     """
 
     def __init__(
@@ -88,7 +88,7 @@ class Staged:
         return self._results(self.values, y, w, k)
 
     def slopes_again(self, y: Sequence[Lanes], w: tuple[Any, ...], k: tuple[Any, ...], near: tuple[Near, ...]) -> Any:
-        """The same, from the sines and cosines at a nearby state."""
+        """`slopes_first` from the sines and cosines at a nearby state, which takes less time."""
         return self._results(self.values, y, w, k, lambda angle, n: self.turned(angle, near[n]))
 
     def _results(self, values: Sequence[Value], y: Any, w: Any, k: Any, turn: Turn | None = None) -> tuple[Any, Any]:

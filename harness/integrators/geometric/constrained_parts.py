@@ -1,4 +1,4 @@
-"""The parts of a constrained form that methods of index 3 call, and what their functions depend on."""
+"""The parts of a constrained form that methods of index 3 call, and the arguments on which its functions depend."""
 
 from collections.abc import Callable
 from typing import Any

@@ -99,7 +99,7 @@ def radau_step(
 
 
 def begin(f: Any, t: Any, y: Any, p: Any, x: Any, slope: Any, store: Any, n: int, m: int) -> None:
-    """Keep the constraints at the start, and take its slopes without multipliers as those of all stages."""
+    """Store the values of the constraints at the start, and its slopes without multipliers as first guesses of all stages."""
     for i in range(2 * n):
         x[i] = y[i]
     call(f, t, x, p, slope)
@@ -115,7 +115,8 @@ def begin(f: Any, t: Any, y: Any, p: Any, x: Any, slope: Any, store: Any, n: int
 def measure_change(h: Any, y: Any, store: Any, j: int, i: int, value: Any) -> Any:
     """The change of a slope over a step, relative to the largest position or velocity.
 
-    At index 3 velocities count times h, relative to the positions: the round-off of these over h is that of velocities.
+    At index 3 the change of a velocity is multiplied by h and compared with the positions, because the round-off of
+    velocities is the round-off of positions over h.
     """
     n = y.size // 2
     first, change = 0, abs(h * (value - store[FIRST + j, i]))

@@ -100,7 +100,7 @@ class StormerVerlet(Composition):
 
 
 class Composed(FixedStep):
-    """A method that composes symmetric steps of its own, in the lengths of a composition of Störmer-Verlet steps."""
+    """A method that composes a symmetric step of its own, with the step lengths of a composition of Störmer-Verlet steps."""
 
     composition: ClassVar[type[Composition]] = StormerVerlet
 

@@ -141,7 +141,7 @@ def adams_weights(count: int) -> tuple[Fraction, ...]:
 
 
 def reciprocal(series: list[Fraction]) -> list[Fraction]:
-    """The reciprocal of a power series that begins with 1, to the same number of terms."""
+    """The reciprocal of a power series that begins with 1, with as many terms."""
     found = [Fraction(1)]
     for n in range(1, len(series)):
         found.append(-sum((series[j] * found[n - j] for j in range(1, n + 1)), Fraction(0)))
@@ -149,7 +149,7 @@ def reciprocal(series: list[Fraction]) -> list[Fraction]:
 
 
 def times(a: list[Fraction], b: list[Fraction]) -> list[Fraction]:
-    """The product of two power series, to the same number of terms."""
+    """The product of two power series of equally many terms, with as many terms."""
     return [sum((a[j] * b[n - j] for j in range(n + 1)), Fraction(0)) for n in range(len(a))]
 
 

@@ -145,8 +145,7 @@ def convolution(a: int, b: int) -> Term:
 def coefficients(r: Recurrences, functions: Mapping[str, Any], t: Any, y: Any, p: Any, w: Any) -> None:
     """Write the Taylor coefficients at t into w.
 
-    y: the state, then the highest order. `functions`, by their names in `math`, are those of the arithmetic of the
-    numbers.
+    y: the state, then the highest order. `functions`: the functions for this type of numbers, by their names in `math`.
     """
     start, one = r.start(functions, t, y, p), functions["sqrt"](1)
     for node in r.rows:
