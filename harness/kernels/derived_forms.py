@@ -25,7 +25,7 @@ class DerivedForms:
     order: tuple[int, ...]
     autonomous: bool
     lacking: str
-    """Why there are no accelerations that depend on the positions alone; "" if there are."""
+    """The reason why no accelerations depend only on positions; "" if some do."""
     factors: Callable[[Values], Values] | None = None
     """parameters -> the velocity over the user's coordinate of each component, by the user's sequence, where the user's are
     momenta; None if all are 1."""
@@ -98,7 +98,7 @@ def _multiple(value: Any, places: dict[Node, int]) -> list[tuple[int, Any]]:
 def _of_velocities(
     form: FirstOrder, momenta: tuple[Callable[..., Any], dict[int, int]], dimension: int, parameters: int
 ) -> FirstOrder:
-    """The equations of positions and velocities, from those of positions and momenta."""
+    """The equations of positions and velocities, from equations of positions and momenta."""
     equations, (factors, pairs) = form.equations, momenta
 
     def of_velocities(t: Any, state: Values, p: Values) -> Values:
@@ -111,7 +111,7 @@ def _of_velocities(
 
 
 def _at_rest(function: Callable[..., Any], dimension: int) -> Callable[[Values], Values]:
-    """The function of the parameters alone, of one that does not depend on time and state."""
+    """A function of the parameters with the values of `function`, which does not depend on time and state."""
 
     def of_parameters(p: Values) -> Values:
         found: Values = function(0.0, (0.0,) * dimension, p)

@@ -123,7 +123,7 @@ PRIMITIVES: dict[Any, Callable[..., Any]] = {}
 
 
 def primitive(plain: Any) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """A decorator: the decorated function emits what `plain` computes."""
+    """A decorator: the decorated function emits the code of the operation that `plain` computes."""
 
     def register(function: Callable[..., Any]) -> Callable[..., Any]:
         PRIMITIVES[plain] = function
@@ -148,9 +148,9 @@ def _(count: Any) -> Any:
 class Translation:
     """The functions of one module of machine code.
 
-    By their names, `replaced` replaces numbers and functions that all its functions use; functions called by a name in
-    `inlined` become part of those that call them. With `cold` all do but the functions of these names, which are rarely
-    called.
+    `replaced`: values, by name, in the place of numbers and functions of the modules. `inlined`: names of functions that
+    become part of their callers. `cold`: names of functions that are rarely called; with it, all others become part of
+    their callers.
     """
 
     def __init__(
@@ -225,7 +225,7 @@ def add_place(error: Exception, plain: Callable[..., Any]) -> Exception:
 
 
 def allocates(function: Callable[..., Any]) -> bool:
-    """Whether a function makes arrays. They live until it returns, so that in a loop it must be a function of its own."""
+    """Whether a function makes arrays. They live until it returns, so it cannot become part of a loop that calls it."""
     return not {"empty", "zeros"}.isdisjoint(function.__code__.co_names)
 
 

@@ -27,15 +27,15 @@ CALLBACK = ctypes.CFUNCTYPE(None, ctypes.c_double, *(ctypes.POINTER(ctypes.c_dou
 class Kernel:
     """Compiled equations that can be called in three ways, each linked on first use.
 
-    `body(t, y, p, out)` emits them; `sizes` are those of the three arrays. Code is kept under `key` and the source of the
-    module that has `body`.
+    `body(t, y, p, out)` emits them; `sizes`: the sizes of the arrays y, p and out. Code is kept under `key` and the source
+    of the module that has `body`.
     """
 
     def __init__(self, key: str, body: Body, sizes: tuple[int, int, int], plain: "Kernel | None" = None) -> None:
         self.key, self.body, self.sizes, self.plain = key, body, sizes, plain
 
     def counted(self) -> "Kernel":
-        """The kernel that adds 1 to p[sizes[1]] at each call and then calls this one: both have the same code."""
+        """A kernel that adds 1 to p[sizes[1]] at each call and then calls this kernel, so that both use one machine code."""
         return Kernel(self.key, self.body, self.sizes, self)
 
     @cached_property
@@ -82,7 +82,7 @@ class Kernel:
 
 
 class _Facts(np.ndarray[Any, np.dtype[np.int64]]):
-    """The integers that a function of Python holds, and the array of which they have the address."""
+    """The integers that a function of Python holds, and the array whose address is among them."""
 
     parameters: Floats
 

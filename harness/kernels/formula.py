@@ -15,7 +15,7 @@ from typing import Protocol
 from gnomon.harness.kernels.equation_text import EquationText
 
 SHORT = 3
-"""The most names and numbers of a value that stands in its place rather than under a name of its own."""
+"""Most names and numbers of a value that is written where it is used; a longer value gets a name."""
 SMALL = 16
 """The largest denominator of a number that is written as a fraction."""
 
@@ -42,7 +42,7 @@ Exponent = Fraction | Sum
 
 
 class Notation(Protocol):
-    """How a formula is written."""
+    """The writer of the parts of a formula."""
 
     def symbol(self, name: str) -> str: ...
 
@@ -62,7 +62,7 @@ class Notation(Protocol):
 
 
 def formulas(text: EquationText) -> tuple[dict[str, Sum], list[Sum]]:
-    """The values that keep a name, and the derivatives; a short value stands in its place."""
+    """(values by name, derivatives) of equations, as sums; a short value has no name and is written where it is used."""
     known: dict[str, Sum] = {}
     named: dict[str, Sum] = {}
     lines = [line.split(" = ") for line in text.where]

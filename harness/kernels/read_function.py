@@ -70,7 +70,7 @@ def write_function(values: Sequence[Value], name: str, places: Sequence[int] | N
 
 
 def on_symbols(function: Any, trace: Trace) -> Callable[..., Any]:
-    """The function with functions of symbols in place of `math`, and NumPy's arrays of objects; those it calls likewise."""
+    """The function, and all functions that it calls, with functions of symbols for `math` and arrays of objects for NumPy's."""
     if isinstance(function, partial):
         return partial(on_symbols(function.func, trace), *function.args, **function.keywords)
     if isinstance(function, types.MethodType):

@@ -41,7 +41,7 @@ def source_of(function: Callable[..., Any]) -> str:
 
 @cache
 def rewritten(function: Callable[..., Any]) -> CodeType:
-    """The code of a module that defines the function rewritten. Raises Subset for what cannot be emitted."""
+    """The code of a module that defines the rewritten function. Raises Subset for code that cannot be emitted."""
     if function.__name__ == "<lambda>":
         raise Subset(f"{function.__qualname__} is a lambda; write it as a function")
     file, above = function.__code__.co_filename, function.__code__.co_firstlineno - 1
@@ -116,7 +116,7 @@ def _frame(name: str, context: ast.expr_context) -> ast.Attribute:
 
 
 def _fold_returns(statements: Sequence[ast.stmt]) -> list[ast.stmt]:
-    """Statements in which each `return` assigns the result, and what follows a branch that returns is its `else`."""
+    """Replace each `return` by an assignment to the result, and move the statements after a branch that returns into `else`."""
     for n, one in enumerate(statements):
         if isinstance(one, ast.Return):
             value = one.value or ast.Constant(None)
@@ -204,7 +204,7 @@ class Rewrite(ast.NodeTransformer):
         self.slots, self.jumps, self.count = slots, jumps, 0
         self.loops: list[str | None] = []
         self.depth = 0
-        """The number of `for` loops in each other, of those visited in the present loop."""
+        """The depth of the nested `for` loops that were visited in the present loop."""
 
     def helper(self, name: str, *arguments: ast.expr) -> ast.Call:
         return ast.Call(ast.Attribute(ast.Name(HELPERS, ast.Load()), name, ast.Load()), list(arguments), [])
@@ -330,7 +330,7 @@ def _is_guarded(node: ast.expr) -> bool:
 
 
 def _statements(suite: Sequence[ast.stmt], loops: bool = True) -> Iterator[ast.stmt]:
-    """The statements of a suite and those inside them; without `loops` not those inside loops."""
+    """The statements of a suite and all nested statements; without `loops` not the statements inside loops."""
     for one in suite:
         yield one
         if isinstance(one, ast.If) or (loops and isinstance(one, ast.For | ast.While)):

@@ -85,7 +85,7 @@ def derivatives_kernel(
 def derivatives_if_traced(
     form: FirstOrder, dimension: int, parameters: int, slopes: bool = False, by_time: bool = False
 ) -> Kernel | None:
-    """The same, but the Jacobian that the form states, if it does, and None for equations that cannot be traced."""
+    """`derivatives_kernel`, or the Jacobian that the form itself states; None for equations that cannot be traced."""
     if isinstance(form, WithJacobian) and not (slopes or by_time):
         return function_kernel(form.jacobian, dimension, parameters, dimension**2)
     try:

@@ -55,7 +55,7 @@ class Node(Unbranching):
     __pow__, __rpow__ = _operators("power")
 
     def __getattr__(self, name: str) -> Callable[..., Value]:
-        """A function of NumPy: on an array of objects it calls the method of its own name of each element."""
+        """The method that a function of NumPy calls on each element of an array of objects, as `numpy.sin` calls `sin`."""
         operation = UFUNCS.get(name)
         if operation is None:
             raise AttributeError(f"a symbol has no {name}")
