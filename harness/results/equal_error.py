@@ -125,10 +125,10 @@ def credit_errors(errors: Sequence[float] | Floats) -> Floats:
 
 
 def time_at(errors: Sequence[float] | Floats, seconds: Sequence[float] | Floats, target: float) -> tuple[float, bool]:
-    """(seconds, is_loosest): the least time in which a sweep, loosest setting first, reaches an error; nan if it does not.
+    """(seconds, loosest): the least time in which a sweep, loosest setting first, reaches an error; nan if it does not.
 
     The time is interpolated linearly in the logarithms between the last setting above the error and the first one below.
-    `is_loosest`: whether no setting lies above. Settings with an infinite credited error do not count.
+    `loosest`: whether no setting lies above. Settings with an infinite credited error do not count.
 
     A still tighter setting may take less time: the order of a Taylor series follows its tolerance, and a low order takes more
     steps. This setting reaches the error too, so the minimum of these times counts.
@@ -137,7 +137,7 @@ def time_at(errors: Sequence[float] | Floats, seconds: Sequence[float] | Floats,
 
 
 def beside(held: Floats, seconds: Sequence[float] | Floats, target: float) -> tuple[list[int], bool]:
-    """(places, is_loosest): the settings of a sweep from whose times `crossing` computes its time; none if it is nan."""
+    """(places, loosest): the settings of a sweep from whose times `crossing` computes its time; none if it is nan."""
     time, loosest = crossing(held, seconds, target)
     if math.isnan(time):
         return [], loosest
