@@ -328,7 +328,7 @@ def above(differences: Floats) -> float:
     return float(stdtr(count - 1, -mean * np.sqrt(count) / scatter)) if scatter else float(mean <= 0)
 
 
-def test_paired(differences: Sequence[float] | Floats) -> float:
+def run_paired_test(differences: Sequence[float] | Floats) -> float:
     """The p value that differences, one a system, have mean zero: two-sided t test. Raises ValueError for fewer than two."""
     values = np.asarray(differences, dtype=float)
     if len(values) < 2:

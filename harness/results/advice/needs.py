@@ -31,7 +31,7 @@ from gnomon.harness.registry.families import exact_reason
 from gnomon.harness.results.analysis import NEVER_RAN, SERIES, records, settings
 from gnomon.harness.results.equal_error import credit_errors, crossing
 from gnomon.harness.results.profiles import OURS
-from gnomon.harness.results.separation import discoveries, signs, test_paired, wilson
+from gnomon.harness.results.separation import discoveries, run_paired_test, signs, wilson
 
 THIRD, OWN, YOURS = "third-party", "gnomon", "yours"
 """Divisions: libraries that gnomon drives, its own methods, and integrators that a user gave to the run."""
@@ -572,7 +572,7 @@ def _claim(systems: Mapping[str, _System], name: str, base: Mapping[str, _System
     reach = signs(len(more), len(fewer)) if len(more) > len(fewer) else 1.0
     speed, ratio = 1.0, math.exp(-statistics.median(differences)) if differences else math.nan
     if len(differences) >= PAIRED and len(more) >= len(fewer) and sum(differences) > 0:
-        speed = test_paired(differences)
+        speed = run_paired_test(differences)
     gained = len(more) - len(fewer)
     how = f"reaches the error on {gained} more of {len(both)} systems" if reach <= speed else ""
     how = how or f"takes {ratio:.2g} of the time on {len(differences)} systems that both reach"

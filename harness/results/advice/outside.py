@@ -19,7 +19,7 @@ from gnomon.harness.contract.status import SCORED, Status
 from gnomon.harness.registry import representatives
 from gnomon.harness.results import analysis, contenders, reading
 from gnomon.harness.results.advice.needs import SUBJECTS, UNKNOWN, Measurements, kind_of
-from gnomon.harness.results.separation import EQUAL_WITHIN, discoveries, test_paired, wilson
+from gnomon.harness.results.separation import EQUAL_WITHIN, discoveries, run_paired_test, wilson
 from gnomon.harness.results.summary import tidy
 
 from gnomon import cases
@@ -237,7 +237,7 @@ def _pair(
     if sum(differences) < 0:
         first, second = second, first
     own, other = (statistics.median(of[case] for case in common) for _, of in (first, second))
-    return [(Pair(need, error, first[0], second[0], other / own), test_paired(differences))]
+    return [(Pair(need, error, first[0], second[0], other / own), run_paired_test(differences))]
 
 
 def order(trials: Trials, pairs: Sequence[Pair], halves: Sequence[str]) -> list[tuple[str, str, bool]]:

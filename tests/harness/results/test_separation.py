@@ -15,10 +15,10 @@ from gnomon.harness.results.separation import (
     compare,
     compare_ratios,
     discoveries,
+    run_paired_test,
     scatter_of,
     signs,
     states,
-    test_paired,
     wilson,
 )
 from launches import KNOWN, SCATTER, World, page
@@ -204,7 +204,7 @@ def test_the_interval_of_a_pair_has_all_of_its_scatter() -> None:
 def test_p_values_are_those_of_scipy(seed: int) -> None:
     rng = np.random.default_rng(seed)
     values = rng.normal(0.3, 0.3, 6)
-    assert test_paired(values) == pytest.approx(ttest_1samp(values, 0.0).pvalue, rel=1e-9)
+    assert run_paired_test(values) == pytest.approx(ttest_1samp(values, 0.0).pvalue, rel=1e-9)
     first, second = rng.integers(0, 12, 2).tolist()
     assert signs(first, second) == pytest.approx(
         binomtest(first, max(first + second, 1)).pvalue if first + second else 1
@@ -216,7 +216,7 @@ def test_p_values_are_those_of_scipy(seed: int) -> None:
 def test_nothing_measured_separates_nothing() -> None:
     for few in ([], [3.0]):
         with pytest.raises(ValueError, match="two at least"):
-            test_paired(few)
+            run_paired_test(few)
     assert signs(0, 0) == 1.0
     assert discoveries([]).tolist() == []
     assert discoveries([0.06, 1.0]).tolist() == [False, False]
