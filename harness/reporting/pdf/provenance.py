@@ -102,8 +102,8 @@ def _certificates(subject: Subject, folders: Sequence[Path]) -> list[Part]:
         f"Confirmed: {len(good)} of the {motions} of this report, by computations that share no formula with them;"
         f" the fewest digits are {float(least['digits']):.1f} ({motion_name(least)}), where binary64 has 16."
         f"{lacking}{failed}{revisions}",
-        "At least two independent ways must each confirm 45 digits of a closed form, or 30 digits of a motion by integration;"
-        " digits are counted relative to the size of the motion, 50 at most.",
+        "Required are 45 digits of a closed form, and 30 of a motion that is integrated in high precision, each by at"
+        " least two independent ways; digits are counted relative to the size of the motion, 50 at most.",
     )
     by_way = []
     for way, meaning in WAYS.items():
