@@ -24,10 +24,11 @@ gnomon runs the integrators of these third-party libraries. `make libraries` wri
 DRIVEN_HEAD = """
 ## How they are driven
 
-A user pays for the library, and not for gnomon's way to it: what can be compiled is. Costs were measured on Linux with Python
-3.11, in processor time, before and after a change in turn in one process: medians of at least 25 pairs, with the same states to
-rounding. A null call is a call over nearly no span, less its steps where the method has fixed steps. If a library's manual
-advises another way, an issue that quotes the sentence is enough: the adapter is changed, or says here why not.
+A time should be the time of the library, not of gnomon's calls of it. Therefore everything between the two is compiled if the
+library allows it. Costs were measured on Linux with Python 3.11, in processor time, before and after a change in turn in one
+process: medians of at least 25 pairs, with the same states to rounding. A null call is a call over nearly no span, minus its steps
+if the method has fixed steps. If a library's manual advises another way, open an issue that quotes the sentence: the adapter is
+changed, or this page says why not.
 """
 ABSENT_HEAD = """
 ## Known integrators that do not take part
