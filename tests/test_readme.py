@@ -1,26 +1,38 @@
-"""The README's integrator runs unchanged, by path and by entry point; its commands and files exist."""
+"""The README's integrator runs unchanged, by path and by entry point; its commands run and print what it shows."""
 
+import math
 import os
 import re
 import shlex
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pandas as pd
 import pytest
+from command_line import gnomon
 
 README = Path(__file__).parent.parent / "README.md"
 LONGEST = 30
+FILES = {
+    name: re.findall(rf"`{name}`:\n\n```python\n(.*?)```", README.read_text(), re.S)
+    for name in ("midpoint.py", "swing.py")
+}
+"""The files that the README tells its reader to write, each once."""
+SHOWN = dict(re.findall(r"```\n(gnomon [^\n]*)\n```\n\n```text\n(.*?)```", README.read_text(), re.S))
+"""The README's commands, each with the lines that it shows of the output."""
 
 
 @pytest.fixture
 def project(tmp_path: Path) -> Path:
-    """A folder with the README's file and the metadata that installing it would leave."""
-    (source,) = (block for block in re.findall(r"```python\n(.*?)```", README.read_text(), re.S) if "midpoint" in block)
-    assert len(source.splitlines()) <= LONGEST
-    (tmp_path / "midpoint.py").write_text(source)
-    (entry,) = re.findall(r"```\n(\[project\.entry-points.*?)```", README.read_text(), re.S)
+    """A folder with the README's files and the metadata that installing its integrator would leave."""
+    for name, (source,) in FILES.items():
+        assert len(source.splitlines()) <= LONGEST
+        (tmp_path / name).write_text(source)
+    page = README.parent / "docs" / "integrator.md"
+    (entry,) = re.findall(r"```\n(\[project\.entry-points.*?)```", page.read_text(), re.S)
     metadata = tmp_path / "midpoint-1.0.dist-info"
     metadata.mkdir()
     (metadata / "METADATA").write_text("Metadata-Version: 2.1\nName: midpoint\nVersion: 1.0\n")
@@ -70,17 +82,13 @@ def test_the_integrator_of_the_readme_runs_by_path_and_has_its_order(project: Pa
     assert 3.5 < ratio < 4.5
 
 
-def _commands() -> list[list[str]]:
-    """The commands of the section "Use", without their comments."""
-    (block,) = re.findall(r"## Use\n\n```\n(.*?)```", README.read_text(), re.S)
-    return [shlex.split(line, comments=True) for line in block.splitlines()]
-
-
 def test_the_options_of_the_readme_exist(capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     from gnomon.harness.commands import cli
 
     monkeypatch.setenv("COLUMNS", "200")
-    for _, command, *arguments in _commands():
+    assert len(SHOWN) == 4
+    for line in SHOWN:
+        _, command, *arguments = shlex.split(line)
         monkeypatch.setattr("sys.argv", ["gnomon", command, "--help"])
         with pytest.raises(SystemExit) as ended:
             cli.main()
@@ -95,15 +103,49 @@ def test_the_files_of_the_readme_exist() -> None:
         assert (README.parent / target).is_file()
 
 
+def _write_swing(path: Path) -> None:
+    """The README's trajectory: a pendulum of 2 m by the classical Runge-Kutta method, 100 steps a second, in degrees."""
+
+    def f(y: Any) -> Any:
+        return np.array([y[1], -9.81 / 2 * math.sin(y[0])])
+
+    y, h, lines = np.array([2.0, 0.0]), 0.01, ["time,phi,w"]
+    for k in range(1001):
+        lines.append(f"{k * h:.2f},{math.degrees(y[0]):.7f},{math.degrees(y[1]):.7f}")
+        a = f(y)
+        b = f(y + h / 2 * a)
+        c = f(y + h / 2 * b)
+        y = y + h / 6 * (a + 2 * b + 2 * c + f(y + h * c))
+    path.write_text("\n".join(lines))
+
+
+def _shown_lines(line: str) -> list[str]:
+    """The lines that the README shows of the output of a command, without the marks of omitted lines."""
+    found = [each for each in SHOWN[line].splitlines() if each != "..."]
+    assert found
+    return found
+
+
+def _begin(line: str) -> str:
+    """The part of a line before its first number: numbers, and the fastest method, differ from machine to machine."""
+    return re.split(r"\d", line)[0]
+
+
+def test_the_recommendation_of_the_readme_is_the_published_one(capfd: pytest.CaptureFixture[str]) -> None:
+    """To the digit, as it comes from the table of the last publication."""
+    (line,) = (each for each in SHOWN if each.startswith("gnomon recommend"))
+    assert gnomon(*shlex.split(line)[1:]) == 0
+    assert set(_shown_lines(line)) <= set(capfd.readouterr().out.splitlines())
+
+
 @pytest.mark.slow
-def test_the_commands_of_the_readme_run(tmp_path: Path) -> None:
-    """In their order, unchanged; `compare` on the run of the command before it; suites, which take ten minutes, are left out."""
-    for words in _commands():
-        if "--suite" in words:
-            continue
-        named = {"BASE.sqlite": "runs/kepler.sqlite", "RUN.sqlite": "runs/kepler.sqlite"}
-        command = [str(Path(sys.executable).parent / "gnomon"), *(named.get(word, word) for word in words[1:])]
-        done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
-        assert done.returncode == 0, done.stdout + done.stderr
-    for name in ("pendulum.svg", "runs/kepler/index.html", "runs/certificates.json", "results.csv"):
-        assert (tmp_path / name).stat().st_size > 100
+@pytest.mark.parametrize("line", SHOWN)
+def test_a_command_of_the_readme_prints_the_lines_that_it_shows(line: str, project: Path) -> None:
+    """Up to their first numbers."""
+    _write_swing(project / "swing.csv")
+    command = [str(Path(sys.executable).parent / "gnomon"), *shlex.split(line)[1:]]
+    environment = os.environ | {"COLUMNS": "120"}
+    done = subprocess.run(command, cwd=project, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    printed = {_begin(each) for each in (done.stdout + done.stderr).splitlines()}
+    assert {_begin(each) for each in _shown_lines(line)} <= printed, done.stdout + done.stderr

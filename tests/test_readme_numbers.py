@@ -1,4 +1,4 @@
-"""The numbers of the README and its figure agree with the published report, the code and the licences."""
+"""The numbers of the README, of its figure and of pages it leads to agree with published reports, code and licences."""
 
 import json
 import math
@@ -22,18 +22,19 @@ from page_parts import carried
 README = Path(__file__).parent.parent / "README.md"
 REPORTS = README.parent / "reports"
 FIGURE = REPORTS / "figures" / "pendulum_simple.svg"
+DETAILS = [README.parent / "docs" / name for name in ("install.md", "stability.md", "theory/errors.md")]
 
 NUMBERS = {"release": 2.0, "g": 9.81, "length": 1.0}
 """Parameters and start of the pendulum in the figure, which is released at rest."""
 
 
 def _text() -> str:
-    """The README on one line."""
-    return " ".join(README.read_text().split())
+    """The README and the pages with its details, on one line."""
+    return " ".join(word for page in (README, *DETAILS) for word in page.read_text().split())
 
 
 def _match(pattern: str) -> tuple[str, ...]:
-    """The groups of a pattern that the README must match."""
+    """The groups of a pattern that the README or a page with its details must match."""
     found = re.search(pattern, _text())
     assert found is not None, pattern
     return found.groups()
@@ -51,6 +52,21 @@ def test_the_findings_of_verification_in_the_readme_were_measured() -> None:
     assert alarms == len(measured["false_alarms"])
 
 
+def test_the_findings_about_libraries_are_those_of_the_summary() -> None:
+    """Libraries in the order of README; the summary gives each its count and its time in the same words."""
+    summary = (REPORTS / "summary.md").read_text()
+    (counts,) = _match(r"reached an error of 1e-6 within the time limit of a trial: (.*?)\. ")
+    found = re.findall(r"(\w+) on (\d+ of \d+)", counts)
+    (times,) = _match(r"A simple pendulum to 1e-6 takes (.*?)\. ")
+    found_times = re.findall(r"(\w+ \w+) ([\d.]+ [mµ]s)", times)
+    assert len(found) > 3
+    assert len(found_times) > 3
+    for library, count in found:
+        assert f"{library} on {count}" in summary
+    for method, time in found_times:
+        assert f" {method} {time}" in summary
+
+
 def test_the_shares_outside_of_the_catalogue_were_measured() -> None:
     measured = json.loads((REPORTS / "outside.json").read_text())
     said = r"On (\d+) systems drawn at random.*? in (\d+) % .*?\(95 % interval (\d+) to (\d+) %\).*? in (\d+) % \((\d+) to (\d+) %\)"
@@ -64,11 +80,11 @@ def test_documents_name_one_interval_of_the_page() -> None:
     """From one page to the next are EVERY_SECONDS, the end of the trials under way, and the writing."""
     assert 60 < live_page.EVERY_SECONDS < 120
     for name in (
-        "README.md",
         "CONTRIBUTING.md",
         "Makefile",
         "CHANGELOG.md",
         "docs/commands.md",
+        "docs/install.md",
         "harness/commands/options.py",
     ):
         said = re.findall(r"every (\w+) (s|seconds|minutes)\b", (README.parent / name).read_text())
@@ -85,13 +101,10 @@ def test_the_changelog_names_the_published_files_of_an_earlier_form() -> None:
 
 def test_the_published_stability_is_of_so_many_integrators() -> None:
     published = json.loads((REPORTS / "stability.json").read_text())
-    (count, depth) = _match(r"its eight panels of (\d+) integrators at depth (\w+)")
+    said = r"reports/stability.json has the eight panels of (\d+) integrators of (\d+) libraries at depth (\w+)\."
+    *numbers, depth = _match(said)
     measured = {row["integrator"] for row in published["rows"]}
-    assert int(count) == len(measured)
-    page = (README.parent / "docs" / "stability.md").read_text()
-    numbers = re.search(r"measured: (\d+) of (\d+) libraries in reports/stability.json", page)
-    assert numbers is not None
-    assert [*map(int, numbers.groups())] == [len(measured), len({name.partition(":")[0] for name in measured})]
+    assert [*map(int, numbers)] == [len(measured), len({name.partition(":")[0] for name in measured})]
     assert depth == published["depth"]
     assert len(published["panels"]) == 8
 
@@ -104,7 +117,9 @@ def page() -> dict[str, Any]:
 
 
 def test_the_digits_of_the_readme_are_those_of_the_certificates() -> None:
-    closed, integrated = map(int, _match(r"to at least (\d+) digits where it is a closed form and (\d+) where"))
+    closed, integrated = map(
+        int, _match(r"Closed forms are confirmed to at least (\d+) digits and integrated motions to at least (\d+)")
+    )
     certificates = sidecars.read(REPORTS / "certificates.json")["rows"]
     assert all(each["passed"] and each["digits"] >= integrated for each in certificates)
     fewer = [each for each in certificates if each["digits"] < closed]
@@ -123,7 +138,7 @@ def test_the_numbers_of_the_readme_are_those_of_the_code() -> None:
     assert _project()["requires-python"] == f">={python}"
 
 
-def test_the_readme_explains_the_failures_in_its_figure() -> None:
+def test_the_failures_in_the_figure_are_explained() -> None:
     """All that can be there: which ones are depends on the published run."""
     letters = set(re.findall(r">([A-Z])</text>", FIGURE.read_text()))
     (explained,) = _match(r"band above \((.*?)\)")
@@ -190,7 +205,7 @@ def test_errors_in_the_figure_of_the_readme_are_found_again(page: dict[str, Any]
 
 def test_the_limits_in_the_figure_of_the_readme(page: dict[str, Any]) -> None:
     """Half an ulp of the angle or the rate over their sizes; the effect of half an ulp of the release, g, L and t."""
-    (words,) = _match(r"half an ulp \(unit in the last place\) in (.*?) has that effect")
+    (words,) = _match(r"the effect of half an ulp in (.*?) on the exact motion")
     assert words == "the initial state, the parameters and the time"
     limits = page["work"]["cases"]["pendulum_simple"]["default"]["limits"]
     floor, conditioning = (next(x["at"] for x in limits if word in x["limit"]) for word in ("floor", "conditioning"))
@@ -211,8 +226,8 @@ def _project() -> dict[str, Any]:
     return found
 
 
-def test_every_dependency_has_its_licence_in_the_readme_and_its_reason_in_the_docs() -> None:
-    rows = dict(re.findall(r"^\| ([^|]+?) \| ([^|]+?) \|$", README.read_text().split("## Licences")[1], re.M))
+def test_every_dependency_has_its_licence_and_its_reason_in_the_docs() -> None:
+    rows = dict(re.findall(r"^\| ([^|]+?) \| ([^|]+?) \|$", DETAILS[0].read_text().split("## Licences")[1], re.M))
     licences = {name: rows[cell] for cell in rows for name in re.findall(r"[\w-]+", cell.partition(" (")[0])}
     needed = {re.split(r"[^\w-]", each)[0] for each in _project()["dependencies"]}
     extras = {
