@@ -85,7 +85,8 @@ def _recommend(subject: str, error: float | None, chosen: Sequence[str]) -> None
         own = row["library"] == recommendations.OURS
         if own and len(found.rows) > 1:
             out.print("\ngnomon's own methods, which are not compared with the libraries above", highlight=False)
-        for line in describe(row, libraries.title(row["library"])):
+        outside = recommendations.outside_share(table.head["outside"], found.subject, row["library"])
+        for line in describe(row, libraries.title(row["library"]), outside):
             out.print(line, highlight=False, markup=False)
     out.print(f"\n{tell_origin(table, found.subject)}", highlight=False, markup=False)
     named = [row for row in found.rows if row["systems"]]
@@ -99,8 +100,10 @@ def _recommend(subject: str, error: float | None, chosen: Sequence[str]) -> None
         )
 
 
-def describe(row: Mapping[str, Any], title: str) -> Iterator[str]:
-    """The lines on one answer."""
+def describe(row: Mapping[str, Any], title: str, outside: Mapping[str, Any] | None = None) -> Iterator[str]:
+    """The lines on one answer. `outside`: the share of trials outside of the catalogue in which it held."""
+    from gnomon.harness.results.advice.recommendations import percent_text
+
     if row["why"]:
         yield f"\n{title}: nothing is recommended: {row['why']}"
     elif not row["systems"]:
@@ -114,6 +117,8 @@ def describe(row: Mapping[str, Any], title: str) -> Iterator[str]:
         yield f"    often enough{_of(row, row['setting'])}: {median_text(row)}"
         yield f"    reaches the error on {share_text(row)}"
         yield f"    {rests_text(row['rests_on'])}"
+        if outside is not None:
+            yield f"    outside of the catalogue the settings to rely on reached the error in {percent_text(outside)}"
     if "better" in row:
         better = row["better"]
         yield (

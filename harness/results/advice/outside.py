@@ -267,26 +267,30 @@ def judge(trials: Trials, answers: Callable[[float], Iterable[Row]], pairs: Sequ
         "margins": margins,
         "half": {half: sum(one.half == half for one in trials.systems.values()) for half in HALVES},
         "share": share([(one.system, one.held) for one in tests]),
-        "by_need": _by("need", [(one.need, one.system, one.held) for one in tests]),
-        "by_library": _by("library", [(one.library, one.system, one.held) for one in tests]),
-        "by_error": _by("error", [(one.error, one.system, one.held) for one in tests]),
+        "by_need": _by(tests, "need"),
+        "by_library": _by(tests, "library"),
+        "by_error": _by(tests, "error"),
+        "by_need_and_library": _by(tests, "need", "library"),
         "median_share": share([(one.system, one.held) for one in try_settings(trials, known, TEST, None)]),
         "order": share([(system, holds) for _, system, holds in by_need])
         | {
             "pairs": len(pairs),
-            "by_need": _by("need", by_need),
+            "by_need": [
+                {"need": need, **share([(system, holds) for other, system, holds in by_need if other == need])}
+                for need in dict.fromkeys(need for need, *_ in by_need)
+            ],
             "all": share([(system, holds) for _, system, holds in of_all]),
         },
         "misses": [_miss(one) for one in tests if not one.held],
     }
 
 
-def _by(name: str, outcomes: Sequence[tuple[Any, str, bool]]) -> list[dict[str, Any]]:
-    """The share of each group."""
-    return [
-        {name: group, **share([(system, holds) for key, system, holds in outcomes if key == group])}
-        for group in dict.fromkeys(key for key, *_ in outcomes)
-    ]
+def _by(trials: Sequence[Trial], *names: str) -> list[dict[str, Any]]:
+    """The share of each group of trials, whose fields of these names are equal."""
+    groups: dict[tuple[Any, ...], list[tuple[str, bool]]] = {}
+    for one in trials:
+        groups.setdefault(tuple(getattr(one, name) for name in names), []).append((one.system, one.held))
+    return [dict(zip(names, group, strict=True)) | share(outcomes) for group, outcomes in groups.items()]
 
 
 def _miss(one: Trial) -> dict[str, Any]:

@@ -77,7 +77,7 @@ def outside_text(found: Mapping[str, Any] | None, subject: str = "") -> str:
     """The results of a trial on systems outside of the catalogue, of all and of a subject, in words; or that there is none."""
     if found is None:
         return "Outside of the catalogue these settings were not tried."
-    reached, order = (_percent(found[name]) for name in ("share", "order"))
+    reached, order = (percent_text(found[name]) for name in ("share", "order"))
     text = (
         f"On systems outside of the catalogue, drawn at random, the setting to rely on reached the error in {reached}"
     )
@@ -85,10 +85,16 @@ def outside_text(found: Mapping[str, Any] | None, subject: str = "") -> str:
     if not subject:
         return text
     of = next((one for one in found.get("by_need", ()) if one["need"] == subject), None)
-    return f"{text} On systems of this kind it reached the error in {_percent(of)}."
+    return f"{text} On systems of this kind it reached the error in {percent_text(of)}."
 
 
-def _percent(share: Mapping[str, Any] | None) -> str:
+def outside_share(found: Mapping[str, Any] | None, subject: str, library: str) -> Mapping[str, Any] | None:
+    """The share of trials outside of the catalogue in which a library's settings for a subject reached the error."""
+    rows = (found or {}).get("by_need_and_library", ())
+    return next((one for one in rows if (one["need"], one["library"]) == (subject, library)), None)
+
+
+def percent_text(share: Mapping[str, Any] | None) -> str:
     """A share with its 95 % interval, and the number of systems that it rests on."""
     if share is None or share["share"] is None:
         return "no trial"

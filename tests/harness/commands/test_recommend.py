@@ -384,13 +384,20 @@ def of_installed(subject: str) -> list[tuple[str, str]]:
 def test_the_printed_lines_reach_the_error(
     subject: str, library: str, method: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    """They run as they stand, on a system of the subject, whose motion is computed apart from them."""
+    """They run as they stand, on a system of the subject, whose motion is computed apart from them.
+
+    A setting that failed in most trials outside of the catalogue may fail here too: then the answer says how often.
+    """
     text = told(capfd, subject, "--library", library)
     (tmp_path / "lines.py").write_text(text[text.index("\n\n", text.index("Measured by")) :])
     states = runpy.run_path(str(tmp_path / "lines.py"))["found"].y.T
     system = choose_system(TABLE.forms[method], subject)
     assert system is not None
-    assert error_of(system, states) <= needs.SUBJECTS[subject].error
+    outside = recommendations.outside_share(TABLE.head["outside"], subject, library)
+    if outside is not None and outside["share"] < 0.5:
+        assert f"{100 * outside['share']:.0f} % of the trials" in text
+    else:
+        assert error_of(system, states) <= needs.SUBJECTS[subject].error
 
 
 def test_engine_names_all_physics_engines() -> None:
