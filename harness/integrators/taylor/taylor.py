@@ -124,7 +124,7 @@ def integrate(
     return taken
 
 
-def step_size(w: Floats, order: int, safety: float, t: float, limits: Floats, sizes: Floats) -> float:
+def step_size(w: Floats, order: int, safety: float, t: float, limits: Floats, sizes: Floats) -> Any:
     """The step size from the radii of convergence, estimated by the coefficients of the last two orders over the sizes.
 
     A component at zero whose coefficients are all 0 may still move later, or as a power of time above the order. Until it
