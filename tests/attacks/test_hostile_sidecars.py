@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 from gnomon.harness.reporting import report_benchmarks, report_checks, sidecars
 from gnomon.harness.reporting.page import league
+from gnomon.harness.results.advice import recommendations
 from gnomon.harness.results.visible import markdown
 from planted_sidecars import PAIR, files
 
@@ -41,6 +42,8 @@ def shown(folder: Path, name: str) -> str:
         with pytest.MonkeyPatch.context() as patched:
             patched.setattr(league, "stills", lambda figures: [json.dumps(each) for each in figures])
             return str(league.league(folder))
+    if name == "outside.json":
+        return recommendations.outside_text(sidecars.first(name, folder))
     return str(getattr(report_benchmarks, name.removesuffix(".json"))(folder))
 
 

@@ -144,7 +144,7 @@ def _digits(part: pd.DataFrame, subject: Subject, width: int) -> dict[str, Any]:
             x=alt.X("digits:Q", title="correct digits", axis=axis, scale=scale)
         ),
         base.transform_filter("datum.verdict")
-        .mark_text(align="left", color=STATUS_COLOURS["crashed"], fontSize=10.5, dx=3)
+        .mark_text(align="left", color=STATUS_COLOURS[Status.CRASHED], fontSize=10.5, dx=3)
         .encode(x=alt.datum(0), text="verdict:N"),
     ]
     chart = alt.layer(*layers).properties(width=width, height={"step": 12})

@@ -70,7 +70,7 @@ def test_a_reader_that_ends_first_ends_the_command_without_a_message(command: st
 
 
 def test_a_shell_completes_commands(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    for name, value in (("_GNOMON_COMPLETE", "complete_bash"), ("COMP_WORDS", "gnomon li"), ("COMP_CWORD", "1")):
+    for name, value in (("_GNOMON_COMPLETE", "complete_bash"), ("COMP_WORDS", "gnomon\nli"), ("COMP_CWORD", "1")):
         monkeypatch.setenv(name, value)
     assert gnomon() == 0
     assert capsys.readouterr() == ("list\n", "")

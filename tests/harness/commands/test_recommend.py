@@ -336,7 +336,7 @@ def test_it_answers_in_the_base_installation_with_little_work() -> None:
         "flint",
         "scipy.integrate",
         "gnomon.harness.integrators",
-        "gnomon.harness.registry",
+        "gnomon.harness.registry.lookup",
         "gnomon.harness.kernels",
     )
     assert not {*others} & {*loaded}

@@ -125,7 +125,7 @@ def test_few_cases_have_no_median_and_what_is_missing_is_said(content: dict[str,
     (answer, *_) = found["Answer"]["parts"]
     assert not any("median of" in text and "cases with an ok setting" in text for text in answer["texts"])
     assert all(name in answer["texts"][0] for name in synthetic.CASES)
-    assert "No certificate" in found["Certificates of the exact motions"]["parts"][0]["texts"][0]
+    assert "certificates.json" in found["Certificates of the exact motions"]["parts"][0]["texts"][0]
 
 
 def test_certificates_and_checks_beside_the_run_are_stated(run: Path, tmp_path: Path) -> None:
