@@ -87,7 +87,7 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> 
         "opened": first["lead"]["case"] if first["lead"] else str(run.frame["case"].iloc[0]),
         "marks": MARKS,
         "chosen": list_chosen(first["stands"]),
-        "needs": make_need_cards(found),
+        "needs": make_need_cards(found, beside["margin"]),
         "absent": ABSENT,
         "both_divisions": OURS in libraries and len(libraries) > 1,
         "divisions": DIVISIONS,
@@ -135,11 +135,12 @@ def _load(frame: pd.DataFrame) -> dict[str, Any]:
 
 def _beside(folders: Sequence[Path], environments: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """What the files beside the page say, and where they come from."""
-    parts = provenance.origins(folders, environments[-1])
+    parts, outside = provenance.origins(folders, environments[-1]), sidecars.first("outside.json", *folders)
     return {
         "older": [_origin_text(one) for one in parts if one.older],
         "processors": provenance.processors_text([*environments, *(one.environment for one in parts if one.timed)]),
-        "outside": _outside(*folders),
+        "outside": "" if outside is None else recommendations.outside_text(outside),
+        "margin": 1.0 if outside is None else outside["margin"],
         "certified": report_checks.render_certificates(*folders),
         "certified_lines": report_checks.list_certificates(*folders),
         "benchmarks": report_benchmarks.benchmarks(*folders),
@@ -148,12 +149,6 @@ def _beside(folders: Sequence[Path], environments: Sequence[Mapping[str, Any]]) 
         "league": league(*folders),
         "stability": report_stability.stability(*folders),
     }
-
-
-def _outside(*folders: Path) -> str:
-    """How far the recommendations held outside of the catalogue; empty without a file of the trial."""
-    found = sidecars.first("outside.json", *folders)
-    return "" if found is None else recommendations.outside_text(found)
 
 
 def _origin_text(one: provenance.Origin) -> str:

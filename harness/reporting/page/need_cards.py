@@ -17,9 +17,12 @@ from gnomon.harness.running.own_equations import lines
 NONE = "ran on no such system: it cannot state them, or was not asked to"
 
 
-def make_need_cards(found: Representatives) -> list[dict[str, Any]]:
-    """The needs with their answers in words; empty if the complete cases of the run carry no recommendation."""
-    all_ = needs(found.measured)
+def make_need_cards(found: Representatives, margin: float) -> list[dict[str, Any]]:
+    """The needs with their answers in words; empty if the complete cases of the run carry no recommendation.
+
+    `margin`: the factor of the tolerances to rely on (see `Reliable`).
+    """
+    all_ = needs(found.measured, margin=margin)
     present = {one.name for one in found.stands}
     return (
         [_card(one, present) for one in all_] if any(one.recommended for need in all_ for one in need.answers) else []

@@ -96,7 +96,7 @@ def outside_share(found: Mapping[str, Any] | None, subject: str, library: str) -
 
 def percent_text(share: Mapping[str, Any] | None) -> str:
     """A share with its 95 % interval, and the number of systems that it rests on."""
-    if share is None or share["share"] is None:
+    if share is None or None in (share["share"], share["low"], share["high"]):
         return "no trial"
     part, low, high = (f"{100 * share[name]:.0f}" for name in ("share", "low", "high"))
     return f"{part} % of the trials ({low} to {high} %, on {share['systems']} systems)"

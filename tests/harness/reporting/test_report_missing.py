@@ -1,5 +1,6 @@
 """The words of a report about a run that is not complete."""
 
+import json
 import re
 import shutil
 import sqlite3
@@ -8,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import invented_runs
+import planted_sidecars
 import pytest
 from command_line import numbers_in
 from gnomon.harness.reporting.page import first_screen
@@ -179,3 +181,27 @@ def test_a_run_that_did_not_end_lacks_later_launches(synthetic_results: Path) ->
         db.execute("UPDATE runs SET ended = NULL")
         schema.seal_all(schema.with_checksums(db), "runs")
     assert (missing(outstanding(synthetic_results)) or {})["trials"] == 0
+
+
+def test_a_tolerance_to_rely_on_has_the_margin_of_the_trial_outside_of_the_catalogue(
+    whole: Path, before: Page, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The share on the first screen is of settings with this margin: the cards must show the same ones."""
+    shutil.copy(whole, tmp_path / "run.sqlite")
+    (tmp_path / "outside.json").write_text(json.dumps(planted_sidecars.files()["outside.json"]))
+    after = Page(tmp_path / "run.sqlite", monkeypatch)
+    loose, tight = (_reliable_tolerances(page.words["needs"]) for page in (before, after))
+    assert loose
+    assert loose.keys() == tight.keys()
+    assert all(tight[place] <= loose[place] for place in loose)
+    assert any(tight[place] == pytest.approx(0.1 * loose[place]) for place in loose)
+
+
+def _reliable_tolerances(cards: Sequence[Any]) -> dict[tuple[str, str], float]:
+    """The tolerance to rely on of each card and library."""
+    found = {}
+    for card in cards:
+        for one in card["answers"]:
+            if match := re.search(r"to rely on: tolerance (\S+?)[ ,;)]", f"{one['on']};"):
+                found[card["key"], one["library"]] = float(match[1])
+    return found
