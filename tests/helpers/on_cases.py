@@ -1,5 +1,6 @@
 """A method on a case: its states at a setting, their distance from the exact motion, a fitted order, its calls of Python."""
 
+import gc
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -121,9 +122,11 @@ def count_python_calls(function: Callable[..., Any], *arguments: Any) -> int:
         nonlocal calls
         calls += event in ("call", "c_call")
 
+    gc.disable()  # a collection would call finalizers of other objects here
     sys.setprofile(count)
     try:
         function(*arguments)
     finally:
         sys.setprofile(None)
+        gc.enable()
     return calls
