@@ -76,6 +76,14 @@ class Trial(NamedTuple):
         return self.found <= self.error
 
 
+class Order(NamedTuple):
+    """Whether the published order of two libraries holds on a system."""
+
+    system: str
+    need: str
+    held: bool
+
+
 class Setting(NamedTuple):
     """A measured setting: a tolerance, or a step over the time scale of the system."""
 
@@ -240,15 +248,15 @@ def _pair(
     return [(Pair(need, error, first[0], second[0], other / own), run_paired_test(differences))]
 
 
-def order(trials: Trials, pairs: Sequence[Pair], halves: Sequence[str]) -> list[tuple[str, str, bool]]:
-    """For each drawn system that both libraries of a pair reach: its need, its name, and whether the order holds."""
+def order(trials: Trials, pairs: Sequence[Pair], halves: Sequence[str]) -> list[Order]:
+    """The order on each drawn system that both libraries of a pair reach."""
     found = []
     for pair in pairs:
         for name, system in trials.systems.items():
             own, other = (trials.seconds.get((name, one, pair.error)) for one in (pair.faster, pair.slower))
             wanted = system.need == pair.need and system.half in halves and trials.counts(name, pair.error)
             if wanted and own is not None and other is not None:
-                found.append((system.need, name, own < other))
+                found.append(Order(name, system.need, own < other))
     return found
 
 
@@ -272,20 +280,17 @@ def judge(trials: Trials, answers: Callable[[float], Iterable[Row]], pairs: Sequ
         "by_error": _by(tests, "error"),
         "by_need_and_library": _by(tests, "need", "library"),
         "median_share": share([(one.system, one.held) for one in try_settings(trials, known, TEST, None)]),
-        "order": share([(system, holds) for _, system, holds in by_need])
+        "order": share([(one.system, one.held) for one in by_need])
         | {
             "pairs": len(pairs),
-            "by_need": [
-                {"need": need, **share([(system, holds) for other, system, holds in by_need if other == need])}
-                for need in dict.fromkeys(need for need, *_ in by_need)
-            ],
-            "all": share([(system, holds) for _, system, holds in of_all]),
+            "by_need": _by(by_need, "need"),
+            "all": share([(one.system, one.held) for one in of_all]),
         },
         "misses": [_miss(one) for one in tests if not one.held],
     }
 
 
-def _by(trials: Sequence[Trial], *names: str) -> list[dict[str, Any]]:
+def _by(trials: Sequence[Trial | Order], *names: str) -> list[dict[str, Any]]:
     """The share of each group of trials, whose fields of these names are equal."""
     groups: dict[tuple[Any, ...], list[tuple[str, bool]]] = {}
     for one in trials:
