@@ -1,6 +1,7 @@
 """Emit ordinary functions as LLVM IR: their names get meanings for symbolic values, and each function becomes one of the IR.
 
-A function may use numbers, plain functions of modules, `math`, a few names of numpy, and the operations of `PRIMITIVES`.
+A function may use numbers, plain functions of modules, `math`, a few names of numpy, the operations of `PRIMITIVES`, and
+records (classes of `NamedTuple`), which become their fields: they cost nothing.
 Its source is rewritten once (`rewriting`); `Translation` binds its names.
 """
 
@@ -268,6 +269,8 @@ def fingerprint(function: Callable[..., Any], replaced: Mapping[str, Any] | None
             return f"{value.__module__}.{value.__qualname__}"
         if isinstance(value, ModuleType) and value.__name__.startswith("gnomon."):  # its numbers are read as attributes
             return hashlib.sha256(Path(value.__file__ or "").read_bytes()).hexdigest()
+        if hasattr(value, "_fields"):  # a class of records
+            return f"{value.__name__}{value._fields}"
         if isinstance(value, ModuleType | type | FunctionType | BuiltinFunctionType):
             return value.__name__
         if isinstance(value, np.ndarray):

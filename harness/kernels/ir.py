@@ -746,7 +746,7 @@ def flatten(x: Any, values: list[Value]) -> Any:
     `rebuild` puts it together again.
     """
     if isinstance(x, tuple):
-        return ("tuple", *(flatten(part, values) for part in x))
+        return ("tuple", type(x), *(flatten(part, values) for part in x))
     if isinstance(x, Value):
         values.append(x)
         return ("value", x.kind)
@@ -764,8 +764,9 @@ def flatten(x: Any, values: list[Value]) -> Any:
 def rebuild(structure: Any, values: Iterator[Value]) -> Any:
     """The argument or result of this structure with these symbolic values, as `flatten` found them."""
     match structure:
-        case "tuple", *parts:
-            return tuple(rebuild(part, values) for part in parts)
+        case "tuple", kind, *parts:
+            whole = [rebuild(part, values) for part in parts]
+            return kind(*whole) if hasattr(kind, "_fields") else tuple(whole)
         case "value", _:
             return next(values)
         case "complex", real, imag:

@@ -11,7 +11,7 @@ from gnomon.harness.contract.constraints import constraints_of
 from gnomon.harness.contract.integrator import Integrator, Problem, Solver
 from gnomon.harness.contract.problem import find_accepted_form
 from gnomon.harness.integrators.base.fixed_step import FixedStep, Table
-from gnomon.harness.integrators.base.stepping import call
+from gnomon.harness.integrators.base.stepping import StepData, call, evaluate
 from gnomon.harness.integrators.events.hybrid import Dop853Events
 from gnomon.harness.integrators.gauss import radau
 from gnomon.harness.integrators.gauss.gauss import Gauss8
@@ -49,22 +49,21 @@ def _(method: Embedded) -> FixedStep:
     return make_fixed(RungeKutta, name=method.name, order=method.order, tableau=tableau)
 
 
-def step_projected(
-    f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
-) -> bool:
+def step_projected(s: StepData, t: Any, h: Any) -> bool:
     """A step of an explicit method with projection. Last in `store`: a flag, the start, the state, equations."""
-    stages, m = table.shape[0] - 1, (slope.size - y.size) // (y.size + 2)
+    y, x, slope, store, increment = s.y, s.x, s.slope, s.store, s.increment
+    stages, m = s.table.shape[0] - 1, (slope.size - y.size) // (y.size + 2)
     if store[stages, 0] == 0.0:
         for i in range(y.size):
             x[i] = y[i]
-        call(f, t, x, p, slope)
+        evaluate(s, t)
         store[stages, 0] = 1.0
         for j in range(m):
             store[stages + 1, j] = slope[y.size + j]
-    runge_kutta_step(f, t, h, y, p, table, x, slope, store, increment)
+    runge_kutta_step(s, t, h)
     for i in range(y.size):
         store[stages + 2, i] = y[i] + increment[i]
-    if not project(f, t + h, store[stages + 2], p, m, x, slope, store[stages + 1], 0, store, stages + 3):
+    if not project(s, t + h, store[stages + 2], m, store[stages + 1], store[stages + 3 :]):
         return False
     for i in range(y.size):
         increment[i] = store[stages + 2, i] - y[i]
@@ -91,16 +90,15 @@ def _(method: Projected) -> FixedStep:
     )
 
 
-def nystrom_step(
-    f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
-) -> bool:
+def nystrom_step(s: StepData, t: Any, h: Any) -> bool:
     """One step of a Nyström method, of a fixed length."""
+    x, slope = s.x, s.slope
     for i in range(x.size):
-        x[i] = y[i]
-    call(f, t, x, p, slope)
+        x[i] = s.y[i]
+    evaluate(s, t)
     for i in range(x.size):
-        store[0, i] = slope[i]
-    nystrom_increment(f, t, h, y, p, table, table.shape[0] - 2, x, slope, store, increment)
+        s.store[0, i] = slope[i]
+    nystrom_increment(s, t, h, s.table.shape[0] - 2)
     return True
 
 
@@ -118,18 +116,17 @@ def _(method: Nystrom) -> FixedStep:
     )
 
 
-def columns_step(
-    f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
-) -> bool:
+def columns_step(s: StepData, t: Any, h: Any) -> bool:
     """An extrapolated step with as many columns as `table` has rows."""
+    table, store = s.table, s.store
     count = table.shape[0]
     start, before, now = store[count : count + 1], store[count + 1], store[count + 2]
-    call(f, t, y, p, slope)
-    start[0] = slope
+    call(s.f, t, s.y, s.p, s.slope)
+    start[0] = s.slope
     for j in range(count):
-        midpoint(f, t, h, y, p, 2 * (j + 1), x, slope, start, before, now)
+        midpoint(s, t, h, 2 * (j + 1), start, before, now)
         extrapolate(j, table, now, store)
-    increment[:] = store[count - 1]
+    s.increment[:] = store[count - 1]
     return True
 
 

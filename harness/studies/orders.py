@@ -23,6 +23,7 @@ from gnomon.harness.contract.declared import read_declared
 from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.contract.problem import find_accepted_form
 from gnomon.harness.integrators.base.fixed_step import DIGITS, FixedStep
+from gnomon.harness.integrators.base.stepping import StepData
 from gnomon.harness.integrators.runge_kutta.embedded import Embedded
 from gnomon.harness.integrators.runge_kutta.nystrom import Nystrom
 from gnomon.harness.integrators.taylor.taylor import Taylor
@@ -222,10 +223,11 @@ def solve_exactly(
         (inputs, outputs), stored = method.shape(form, len(y), len(p))
         x, slope = _zeros(mp, (inputs,)), _zeros(mp, (outputs,))
         store, increment = _zeros(mp, (stored, len(y))), _zeros(mp, (len(y),))
+        s = StepData(f, p, table, y, x, slope, store, increment)
         for k in range(count):
-            if not step(f, k * h, h, y, p, table, x, slope, store, increment):
+            if not step(s, k * h, h):
                 raise ArithmeticError(f"step {k} of {method.name} could not be made")
-            y = y + increment
+            y += increment
         return tuple(y)
 
 

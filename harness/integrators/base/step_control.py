@@ -6,13 +6,12 @@ loops, for reasons that their modules give.
 A family (`embedded`, `nystrom`) defines the parts of a step as plain functions. For each method the loop is compiled
 around them once, with numbers of the method, such as its number of stages, as constants:
 
-    attempt(f, t, h, y, compensation, p, table, x, slope, k, change, end) -> whether the step has an end
-    error_norm(h, y, end, table, k, inverse) -> norm of the estimated error
-    open_step(f, t, h, y, p, table, x, slope, k)                                once in a step that contains samples
-    between(f, t, h, ahead, y, compensation, end, p, table, x, slope, k, spare, out)   for each sample, at t + ahead
+    attempt(s, t, h) -> whether the step has an end
+    error_norm(s, h) -> norm of the estimated error
+    open_step(s, t, h)                once in a step that contains samples
+    between(s, t, h, ahead, out)      for each sample, at t + ahead
 
-`compensation`: the part of the sums so far that round-off removed. `change`: the change of the state, with
-`compensation`. For `groups` and `inverse` see `sizes`.
+`s` is an `AttemptData`. For `groups` see `sizes`.
 """
 
 import math
@@ -20,7 +19,7 @@ from abc import abstractmethod
 from collections.abc import Callable
 from decimal import Context, Decimal, localcontext
 from functools import cache
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from gnomon.cases.core.forms import SecondOrder
@@ -41,7 +40,7 @@ from gnomon.harness.integrators.base.sizes import (
     trial_step,
     turning_time,
 )
-from gnomon.harness.integrators.base.stepping import blank, call, compile_whole
+from gnomon.harness.integrators.base.stepping import blank, call, compile_whole, evaluate
 from gnomon.harness.integrators.base.tableau import ButcherTableau, NystromTableau
 from gnomon.harness.kernels.equations import Kernel, acceleration, right_hand_side
 from numpy.typing import NDArray
@@ -187,6 +186,29 @@ def limits_of(integrator: Integrator, problem: Problem) -> Floats:
     return np.array([problem.time_scale, integrator.max_step, integrator.first_step or 0.0])
 
 
+class AttemptData(NamedTuple):
+    """The equations, numbers and arrays of an attempt at a step. For those that are not explained here see `StepData`."""
+
+    f: Any
+    p: Floats
+    table: Floats
+    y: Floats
+    compensation: Floats
+    """The part of the sums up to `y` that round-off removed."""
+    end: Floats
+    """The state at the end of the step."""
+    change: Floats
+    """The change of the state in the step, with `compensation`."""
+    spare: Floats
+    """As long as the state, for the functions of the family."""
+    x: Floats
+    slope: Floats
+    k: Floats
+    """The slopes of the stages; k[STAGES] at the end of the step."""
+    inverse: Floats
+    """What errors are multiplied by, see `sizes`."""
+
+
 def of_the_family(*_: Any) -> Any:
     """A placeholder, which compilation of a method replaces by a function of the family."""
     raise NotImplementedError
@@ -209,6 +231,7 @@ def integrate(
     change, spare = np.empty(dimension), np.empty(dimension)
     x, slope, k = np.empty(width), np.empty(width + BESIDE), np.empty((LAST, width))
     sizes, inverse, rough = np.empty(dimension), np.empty(dimension), np.zeros(dimension)
+    s = AttemptData(f, p, table, y, compensation, end, change, spare, x, slope, k, inverse)
     young = np.zeros((YOUNG, dimension))
     taken, shortest = 0, SHORTEST * min(times[-1], limits[SCALE])
     for n in range(initial.shape[0]):
@@ -216,7 +239,7 @@ def integrate(
             y[i] = initial[n, i]
             compensation[i] = 0.0
         t, sample, attempts = 0.0, 0, 0
-        h = first_step(f, y, p, k, x, slope, tolerance, min(times[-1], limits[SCALE]), groups)
+        h = first_step(s, k, tolerance, min(times[-1], limits[SCALE]), groups)
         if limits[FIRST] > 0.0 and h > 0.0:
             h = limits[FIRST]
         before, last = 1e-4, 0.0
@@ -238,18 +261,18 @@ def integrate(
                 first_sizes(y, change, groups, sizes, inverse)
             elif noisy or moved:
                 invert(groups, sizes, inverse)
-            ready = attempt(f, t, step, y, compensation, p, table, x, slope, k, change, end)
+            ready = attempt(s, t, step)
             moved = size_by_end(step, end, groups, inverse, young)
             if noisy:
                 limit_by_roundoff(step / tolerance, groups, rough, inverse)
-            error = error_norm(step, y, end, table, k, inverse) / tolerance if ready else np.inf
+            error = error_norm(s, step) / tolerance if ready else np.inf
             if not error < np.inf:
                 h = min(h, step) / 10
                 rejected = True
                 continue
             if error > 1.0:
                 perturb_by_roundoff(y, x)
-                call(f, t, x, p, slope)
+                evaluate(s, t)
                 enlarge_roundoff(k[0], slope, dimension - width, groups, rough)
                 noisy = limit_by_roundoff(step / tolerance, groups, rough, inverse) or noisy
                 h = min(h, step) * (1 / SHRINK_MOST if moved else max(1 / SHRINK_MOST, shorten(error)))
@@ -257,16 +280,13 @@ def integrate(
                     h, fresh = size_by_power(groups, sizes, young), False
                 rejected = True
                 continue
-            if not arrive(f, t + step, end, p, x, slope, k):
+            if not arrive(s, t + step):
                 reason = NOT_FINITE
                 break
             if times[sample] <= t + step:
-                open_step(f, t, step, y, p, table, x, slope, k)
+                open_step(s, t, step)
                 while sample < times.size and times[sample] <= t + step:
-                    between(
-                        f, t, step, times[sample] - t, y, compensation, end, p, table, x, slope, k, spare,
-                        out[n, sample],
-                    )  # fmt: skip
+                    between(s, t, step, times[sample] - t, out[n, sample])
                     sample += 1
             if enlarge(end, groups, sizes) or t == 0.0:
                 invert(groups, sizes, inverse)
@@ -298,17 +318,16 @@ def obstacle(t: float, h: float, attempts: int) -> int:
     return TOO_MANY_STEPS if attempts > MOST_STEPS else 0
 
 
-def first_step(
-    f: Any, y: Floats, p: Floats, k: Floats, x: Floats, slope: Floats, tolerance: float, most: float, groups: NDArray[np.int64]
-) -> float:  # fmt: skip
+def first_step(s: Any, k: Floats, tolerance: float, most: float, groups: NDArray[np.int64]) -> float:
     """The first step size, at which the error (step / time)^ORDER is a hundredth of the tolerance.
 
     `time` is the time in which the motion leaves its tangent. Sets k[0]; gives nan if the slope at the start is not
     finite.
     """
+    y, x, slope = s.y, s.x, s.slope
     first = y.size - x.size
     rates, later = np.empty(y.size), np.empty(y.size)
-    call(f, 0.0, y, p, slope)
+    call(s.f, 0.0, y, s.p, slope)
     for i in range(x.size):
         k[0, i] = slope[i]
         if not abs(slope[i]) < np.inf:
@@ -318,33 +337,33 @@ def first_step(
     h = trial_step(y, rates, groups, most)
     for i in range(x.size):
         x[i] = y[i] + h * rates[i]
-    call(f, h, x, p, slope)
+    evaluate(s, h)
     for i in range(y.size):
         later[i] = rates[i] + h * k[0, i] if i < first else slope[i - first]
     time = turning_time(y, rates, later, h, groups, most)
     return time * (0.01 * tolerance) ** (1 / ORDER) if time > 0.0 else h
 
 
-def end_slope(f: Any, t: float, end: Floats, p: Floats, x: Floats, slope: Floats, k: Floats) -> None:
+def end_slope(s: AttemptData, t: float) -> None:
     """Compute the slope at the end of a step.
 
     The equations are called at a copy of `end`: with a call at `end` itself RKN 6(4) takes 40 % longer, Dormand and
     Prince's 5(4) 5 to 20 %.
     """
-    for i in range(x.size):
-        x[i] = end[i]
-    call(f, t, x, p, slope)
-    for i in range(x.size):
-        k[STAGES, i] = slope[i]
+    for i in range(s.x.size):
+        s.x[i] = s.end[i]
+    evaluate(s, t)
+    for i in range(s.x.size):
+        s.k[STAGES, i] = s.slope[i]
 
 
-def arrive(f: Any, t: float, end: Floats, p: Floats, x: Floats, slope: Floats, k: Floats) -> bool:
+def arrive(s: AttemptData, t: float) -> bool:
     """Compute the slope at the end of an accepted step, if the step has not; returns whether the slope is finite."""
     if ENDS == 0:
-        end_slope(f, t, end, p, x, slope, k)
+        end_slope(s, t)
     finite = True
-    for i in range(x.size):
-        if not abs(k[STAGES, i]) < np.inf:
+    for i in range(s.x.size):
+        if not abs(s.k[STAGES, i]) < np.inf:
             finite = False
     return finite
 

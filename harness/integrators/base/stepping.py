@@ -3,17 +3,15 @@
 A step is one plain function, written once and run in two arithmetics: compiled in binary64, and uncompiled in mpmath
 for orders that binary64 cannot show. Its contract:
 
-    step(f, t, h, y, p, table, x, slope, store, increment) -> bool
+    step(s, t, h) -> bool
 
-writes into `increment` (dim,) the change of the state `y` (dim,) from t to t + h. `call(f, t, x, p, slope)` evaluates
-the equations at the scratch vector `x` into the scratch vector `slope`. `table`: the method's coefficients, 2-D.
-`store` (rows, dim), x and slope keep their values from one step to the next; `store` is zero before the first step. The
-function returns False if the step failed.
+writes into `s.increment` the change of the state `s.y` from t to t + h, and returns False if it failed. `s` is a
+`StepData`.
 """
 
 from collections.abc import Callable
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from gnomon.harness.contract.integrator import Floats, Problem
@@ -38,9 +36,35 @@ def blank(problem: Problem, initial: Floats) -> Floats:
     return out
 
 
+class StepData(NamedTuple):
+    """The equations, numbers and arrays of a step. `x`, `slope` and `store` keep their values until the next step."""
+
+    f: Any
+    """The equations: a plain function f(t, x, p), in compiled steps the address of a compiled one."""
+    p: Any
+    """The parameters of the case."""
+    table: Any
+    """The coefficients of the method, in rows."""
+    y: Any
+    """The state at the start of the step, (dim,)."""
+    x: Any
+    """The arguments of the next call of the equations."""
+    slope: Any
+    """The result of the last call of the equations."""
+    store: Any
+    """Numbers of the method, (rows, dim); zero before the first step."""
+    increment: Any
+    """The change of the state in the step, (dim,)."""
+
+
 def call(f: Any, t: Any, x: Any, p: Any, slope: Any) -> None:
     """Evaluate plain equations into `slope`. Compiled steps take an address for `f`."""
     slope[:] = f(t, tuple(x), tuple(p))
+
+
+def evaluate(s: Any, t: Any) -> None:
+    """Evaluate the equations of a step at `s.x` into `s.slope`."""
+    call(s.f, t, s.x, s.p, s.slope)
 
 
 def product(a: Any, b: Any) -> tuple[Any, Any]:
@@ -55,8 +79,13 @@ def sum_of(a: Any, b: Any) -> tuple[Any, Any]:
     return found, (a - (found - part)) + (b - part)
 
 
+@emission.primitive(evaluate)
+def _(s: Any, t: Any) -> None:
+    _call_address(s.f, t, s.x, s.p, s.slope)
+
+
 @emission.primitive(call)
-def _(f: Any, t: Any, x: Any, p: Any, slope: Any) -> None:
+def _call_address(f: Any, t: Any, x: Any, p: Any, slope: Any) -> None:
     """Call the C function void(double t, double *x, double *p, double *slope) at an address."""
     place = ir.here().emit(ir.POINTER, f"inttoptr i64 {f} to ptr")
     arrays = ", ".join(array.pointer.typed for array in (x, p, slope))
@@ -84,7 +113,9 @@ def advance(
     dimension = initial.shape[1]
     y, compensation, increment = np.empty(dimension), np.empty(dimension), np.empty(dimension)
     x, slope, store = np.empty(given), np.empty(found), np.empty((rows, dimension))
+    s = StepData(f, p, table, y, x, slope, store, increment)
     x_aside, slope_aside, store_aside = np.empty(given), np.empty(found), np.empty((rows, dimension))
+    s_aside = s._replace(x=x_aside, slope=slope_aside, store=store_aside)
     taken = 0
     for n in range(initial.shape[0]):
         for i in range(dimension):  # for `y[:] = initial[n]` numba compiles an error message, which takes seconds
@@ -98,7 +129,7 @@ def advance(
             target = (k + 1) * substeps if substeps > 0 else int(times[k] / h)
             solved = True
             while grid < target:
-                solved = step(f, grid * h, h, y, p, table, x, slope, store, increment)
+                solved = step(s, grid * h, h)
                 if not solved:
                     break
                 grid += 1
@@ -117,9 +148,7 @@ def advance(
                 for i in range(rows):
                     for j in range(dimension):
                         store_aside[i, j] = 0.0
-                solved = aside(
-                    f, grid * h, times[k] - grid * h, y, p, table, x_aside, slope_aside, store_aside, increment
-                )
+                solved = aside(s_aside, grid * h, times[k] - grid * h)
                 for i in range(dimension):
                     out[n, k, i] += increment[i] + compensation[i]
             finite = True

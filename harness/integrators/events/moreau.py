@@ -6,22 +6,21 @@ from typing import Any
 from gnomon.cases.core.forms import Form, Friction, Impact, Values
 from gnomon.harness.contract.integrator import Integrator, Problem, Steps
 from gnomon.harness.integrators.base.fixed_step import FixedStep, Table
-from gnomon.harness.integrators.base.stepping import Step, call
+from gnomon.harness.integrators.base.stepping import Step, StepData, evaluate
 from gnomon.harness.kernels.equations import Kernel, check_values
 
 
-def impact_step(
-    f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
-) -> bool:
+def impact_step(s: StepData, t: Any, h: Any) -> bool:
     """One step with impacts: half a drift; the impact law for the velocities, if the gap is now closed; half a drift.
 
     `call` computes the free derivatives of the state, the gap, the normal and the coefficient of restitution.
     """
+    y, x, slope, increment = s.y, s.x, s.slope, s.increment
     half = y.size // 2
     for i in range(half):
         x[i] = y[i] + h / 2 * y[half + i]
         x[half + i] = y[half + i]
-    call(f, t + h / 2, x, p, slope)
+    evaluate(s, t + h / 2)
     gap, restitution = slope[2 * half], slope[3 * half + 1]
     before, free = 0.0, 0.0
     for i in range(half):
@@ -37,17 +36,16 @@ def impact_step(
     return True
 
 
-def friction_step(
-    f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
-) -> bool:
+def friction_step(s: StepData, t: Any, h: Any) -> bool:
     """One step with friction: half a drift; friction stops the motion, or slows it if it cannot; half a drift.
 
     `call` computes the derivatives of the state without friction, and the bounds of friction in sliding and in
     sticking.
     """
+    y, x, slope, increment = s.y, s.x, s.slope, s.increment
     x[0] = y[0] + h / 2 * y[1]
     x[1] = y[1]
-    call(f, t + h / 2, x, p, slope)
+    evaluate(s, t + h / 2)
     free = y[1] + h * slope[1]
     bound = slope[3] if y[1] == 0.0 else slope[2]
     if abs(free) <= h * bound:

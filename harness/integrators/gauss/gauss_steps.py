@@ -3,14 +3,12 @@
 from typing import Any
 
 from gnomon.harness.integrators.base.linear import factor, substitute
-from gnomon.harness.integrators.base.stepping import call
+from gnomon.harness.integrators.base.stepping import StepData, evaluate
 
 MOST_ITERATIONS = 100
 
 
-def gauss_step(
-    f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
-) -> bool:
+def gauss_step(s: StepData, t: Any, h: Any) -> bool:
     """One step for y' = f(t, y), with its stages solved by fixed-point iteration.
 
     Rows of `table`: for each stage c_j, a_j1 / b_1 ... a_js / b_s; for each stage 0 and the coefficients that
@@ -21,12 +19,12 @@ def gauss_step(
     shrinking. If it ended earlier, it would leave an equal error in every step, and the energy would drift as t
     (Hairer, McLachlan, Razakarivony, BIT 48, 2008).
     """
+    table, y, x, slope, store, increment = s.table, s.y, s.x, s.slope, s.store, s.increment
     stages = (table.shape[0] - 1) // 2
     weights = 2 * stages
-    back = table.shape[1] - 1
     width = x.size
     second = width < y.size
-    start_stages(f, t, y, p, table, x, slope, store, stages, width, back)
+    start_stages(s, t, stages)
     before, least, stalled, accepted, beyond = 0.0, 0.0, 0, 0, store[0, 0]
     for iteration in range(MOST_ITERATIONS):
         change = 0.0
@@ -36,7 +34,7 @@ def gauss_step(
                 if second:
                     total = table[j, 0] * y[width + i] + h * total
                 x[i] = y[i] + h * total
-            call(f, t + table[j, 0] * h, x, p, slope)
+            evaluate(s, t + table[j, 0] * h)
             weight = table[weights, j + 1]
             for i in range(width):
                 weighted_slope = weight * slope[i]
@@ -73,18 +71,18 @@ def gauss_step(
     return False
 
 
-def start_stages(
-    f: Any, t: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, stages: int, width: int, back: int
-) -> None:
+def start_stages(s: Any, t: Any, stages: int) -> None:
     """First guesses of the weighted slopes: the extrapolated polynomial through the weighted slopes of the last steps.
 
     In the first step the slope at t stands for the guesses and for all slopes of earlier steps.
     """
+    table, y, x, slope, store = s.table, s.y, s.x, s.slope, s.store
+    width, back = x.size, table.shape[1] - 1
     if store[0, 0] == 0.0:
         store[0, 0] = FIRST_SIDE
         for i in range(width):
             x[i] = y[i]
-        call(f, t, x, p, slope)
+        evaluate(s, t)
         for k in range(0, back + stages, stages):
             for j in range(stages):
                 for i in range(width):
@@ -115,9 +113,7 @@ def sum_weighted(table: Any, row: int, k: Any, first: int, i: int, stages: int) 
     return total
 
 
-def newton_step(
-    f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
-) -> bool:
+def newton_step(s: StepData, t: Any, h: Any) -> bool:
     """One step for y' = f(t, y) or q'' = f(t, q), with its stages solved by Newton's iteration: for stiff equations.
 
     `call` computes the equations and, row by row, their derivatives. The unknowns are the differences z_j of the stages
@@ -134,6 +130,7 @@ def newton_step(
     later change larger than the state ends the iteration, which would usually converge to a solution far from the
     start.
     """
+    table, y, x, slope, store, increment = s.table, s.y, s.x, s.slope, s.store, s.increment
     stages = table.shape[0] - 5
     width = x.size
     second = width < y.size
@@ -151,7 +148,7 @@ def newton_step(
         for m in range(stages):
             for i in range(width):
                 x[i] = y[i] + z[m * width + i]
-            call(f, t + table[m, 0] * h, x, p, slope)
+            evaluate(s, t + table[m, 0] * h)
             for i in range(width):
                 slopes[m * width + i] = slope[i]
                 if renewed:

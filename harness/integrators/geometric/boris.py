@@ -8,22 +8,22 @@ from gnomon.cases.core.forms import Charged, Form
 from gnomon.cases.core.scene import SceneForm
 from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.integrators.base.fixed_step import Table, take_numbers
-from gnomon.harness.integrators.base.stepping import call, product, sum_of
+from gnomon.harness.integrators.base.stepping import StepData, evaluate, product, sum_of
 from gnomon.harness.integrators.geometric.splitting import Composed, KahanLi6, Suzuki4
 
+TURNING, LIGHT = 0, 1
+"""Columns of the second row of `table`."""
 RATIONAL, EXACT, MEAN = 0, 1, 2
 """Kinds of rotation of u by the magnetic field. RATIONAL: by 2 atan(angle/2); EXACT: by the angle; MEAN: by
 2 atan(angle/2), with gamma of the mean u."""
 
 
-def boris_step(
-    f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
-) -> bool:
+def boris_step(s: StepData, t: Any, h: Any) -> bool:
     """One step for a charge, of symmetric steps: half a drift, half a push, the rotation, half a push, half a drift.
 
     Rows of `table`: lengths of the symmetric steps over h; kind of rotation, speed of light (0: not relativistic).
     """
-    turning, light = table[1, 0], table[1, 1]
+    table, y, x, store, increment = s.table, s.y, s.x, s.store, s.increment
     for i in range(6):
         increment[i] = store[0, i]
         store[0, i] = 0.0
@@ -33,32 +33,34 @@ def boris_step(
         if length == 0.0:
             continue
         half = length / 2
-        drift(half, y, light, store, increment)
+        drift(s, half)
         for i in range(3):
             x[i] = y[i] + increment[i]
-        call(f, now + half, x, p, slope)
-        push(half, slope, store, increment)
-        turn(half, y, slope, turning, light, store, increment)
-        push(half, slope, store, increment)
-        drift(half, y, light, store, increment)
+        evaluate(s, now + half)
+        push(s, half)
+        turn(s, half)
+        push(s, half)
+        drift(s, half)
         now += length
     return True
 
 
-def push(half: Any, fields: Any, store: Any, increment: Any) -> None:
+def push(s: Any, half: Any) -> None:
     """Change u by E over `half`. Rounding residuals go to `store`, after the last push to the next step.
 
     A uniform E pushes by an equal number in every step, and all sums between two powers of two are then rounded
     equally: without the residuals the error would grow as t.
     """
+    fields, store, increment = s.slope, s.store, s.increment
     for i in range(3):
         pushed, first = product(half, fields[i])
         increment[3 + i], second = sum_of(increment[3 + i], pushed)
         store[0, 3 + i] += first + second
 
 
-def drift(length: Any, y: Any, light: Any, store: Any, increment: Any) -> None:
+def drift(s: Any, length: Any) -> None:
     """Change the position by u/gamma over `length`."""
+    y, store, increment, light = s.y, s.store, s.increment, s.table[1, LIGHT]
     u1, lost1 = sum_of(y[3], increment[3])
     u2, lost2 = sum_of(y[4], increment[4])
     u3, lost3 = sum_of(y[5], increment[5])
@@ -71,11 +73,13 @@ def drift(length: Any, y: Any, light: Any, store: Any, increment: Any) -> None:
     increment[2] += scale * u3 + scale * lost3
 
 
-def turn(half: Any, y: Any, fields: Any, turning: Any, light: Any, store: Any, increment: Any) -> None:
+def turn(s: Any, half: Any) -> None:
     """Rotate u about the magnetic field over twice `half`: u + (u + u x T) x S, S = 2 T/(1 + T^2).
 
     It is a rotation by 2 atan |T|, so |u| is conserved.
     """
+    y, fields, store, increment = s.y, s.slope, s.store, s.increment
+    turning, light = s.table[1, TURNING], s.table[1, LIGHT]
     u1, lost1 = sum_of(y[3], increment[3])
     u2, lost2 = sum_of(y[4], increment[4])
     u3, lost3 = sum_of(y[5], increment[5])

@@ -13,7 +13,7 @@ from gnomon.cases.core.forms import Constrained, Form
 from gnomon.harness.contract.constraints import constraints_of
 from gnomon.harness.contract.integrator import Integrator, Problem
 from gnomon.harness.integrators.base.fixed_step import FixedStep, Table
-from gnomon.harness.integrators.base.stepping import call
+from gnomon.harness.integrators.base.stepping import StepData, evaluate
 from gnomon.harness.integrators.gauss.gauss_steps import MOST_ITERATIONS, SMALLEST, has_settled
 from gnomon.harness.integrators.gauss.radau import Radau5
 from gnomon.harness.integrators.geometric.constrained_parts import explicit_parts
@@ -28,9 +28,7 @@ FIRST, LEFT, ROWS = 1, 4, 7
 """Rows of `store`: of the first stage's slopes; of its multipliers; of the linear equations."""
 
 
-def radau_step(
-    f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
-) -> bool:
+def radau_step(s: StepData, t: Any, h: Any) -> bool:
     """One step, with slopes by fixed-point iteration and multipliers by Newton's method.
 
     Rows of `table`: for each stage c_j, a_j1, a_j2, a_j3; three rows of A^-1 A^-1 at index 3, of A^-1 at index 2; the
@@ -42,12 +40,13 @@ def radau_step(
     index 3, by h at index 2, the residuals of the constraints give changes of the multipliers whose matrix does not
     depend on h: a Kronecker product of the matrix in `table` and (G M^-1 G^T)^-1 at the end of the step.
     """
+    table, y, x, slope, store, increment = s.table, s.y, s.x, s.slope, s.store, s.increment
     n = y.size // 2
     m = (slope.size - n) // (2 * n + 2)
     gradient = n + 2 * m
     pushed = gradient + m * n
     if store[0, 0] == 0.0:
-        begin(f, t, y, p, x, slope, store, n, m)
+        begin(s, t, n, m)
     least, stalled = 0.0, 0
     for iteration in range(MOST_ITERATIONS):
         change = 0.0
@@ -57,14 +56,12 @@ def radau_step(
                 for k in range(1, STAGES):
                     total += table[j, k + 1] * store[FIRST + k, i]
                 x[i] = y[i] + h * total
-            call(f, t + table[j, 0] * h, x, p, slope)
+            evaluate(s, t + table[j, 0] * h)
             for i in range(n):
                 pulled = slope[i]
                 for k in range(m):
                     pulled -= slope[pushed + k * n + i] * store[LEFT + j, k]
-                change = max(
-                    change, measure_change(h, y, store, j, i, x[n + i]), measure_change(h, y, store, j, n + i, pulled)
-                )
+                change = max(change, measure_change(s, h, j, i, x[n + i]), measure_change(s, h, j, n + i, pulled))
                 store[FIRST + j, i] = x[n + i]
                 store[FIRST + j, n + i] = pulled
             for k in range(m):
@@ -83,7 +80,7 @@ def radau_step(
                     product += slope[gradient + k * n + i] * slope[pushed + c * n + i]
                 store[ROWS + k, c] = product
         eliminate_stages(store, m)
-        change = max(change, correct(h, y, table, slope, store, n, m))
+        change = max(change, correct(s, h, n, m))
         if not change < 1e300:
             return False
         stalled = stalled + 1 if change >= least else 0
@@ -98,11 +95,12 @@ def radau_step(
     return False
 
 
-def begin(f: Any, t: Any, y: Any, p: Any, x: Any, slope: Any, store: Any, n: int, m: int) -> None:
+def begin(s: Any, t: Any, n: int, m: int) -> None:
     """Store the values of the constraints at the start, and its slopes without multipliers as first guesses of all stages."""
+    y, x, slope, store = s.y, s.x, s.slope, s.store
     for i in range(2 * n):
         x[i] = y[i]
-    call(f, t, x, p, slope)
+    evaluate(s, t)
     store[0, 0] = 1.0
     for k in range(m):
         store[0, 1 + k] = slope[n + k]
@@ -112,12 +110,13 @@ def begin(f: Any, t: Any, y: Any, p: Any, x: Any, slope: Any, store: Any, n: int
             store[FIRST + j, n + i] = slope[i]
 
 
-def measure_change(h: Any, y: Any, store: Any, j: int, i: int, value: Any) -> Any:
+def measure_change(s: Any, h: Any, j: int, i: int, value: Any) -> Any:
     """The change of a slope over a step, relative to the largest position or velocity.
 
     At index 3 the change of a velocity is multiplied by h and compared with the positions, because the round-off of
     velocities is the round-off of positions over h.
     """
+    y, store = s.y, s.store
     n = y.size // 2
     first, change = 0, abs(h * (value - store[FIRST + j, i]))
     if i >= n:
@@ -146,8 +145,9 @@ def eliminate_stages(store: Any, m: int) -> None:
                 store[ROWS + row, m + j] -= store[ROWS + row, c] * store[ROWS + c, m + j]
 
 
-def correct(h: Any, y: Any, table: Any, slope: Any, store: Any, n: int, m: int) -> Any:
+def correct(s: Any, h: Any, n: int, m: int) -> Any:
     """Correct multipliers and slopes of all stages; returns the largest change, as `measure_change` does."""
+    table, slope, store = s.table, s.slope, s.store
     pushed = n + 2 * m + m * n
     scale = h * h if INDEX == 3 else h
     largest = 0.0
@@ -160,7 +160,7 @@ def correct(h: Any, y: Any, table: Any, slope: Any, store: Any, n: int, m: int) 
             for i in range(n):
                 share = moved / scale * slope[pushed + k * n + i]
                 value = store[FIRST + j, n + i] - share
-                largest = max(largest, measure_change(h, y, store, j, n + i, value))
+                largest = max(largest, measure_change(s, h, j, n + i, value))
                 store[FIRST + j, n + i] = value
                 for other in range(STAGES):
                     store[FIRST + other, i] -= h * table[other, j + 1] * share

@@ -8,7 +8,7 @@ import numpy as np
 from gnomon.cases.core.forms import Form, SemiLinear
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solver
 from gnomon.harness.integrators.base.fixed_step import DIGITS, FixedStep, Table, keep_table
-from gnomon.harness.integrators.base.stepping import call, product, sum_of
+from gnomon.harness.integrators.base.stepping import StepData, evaluate, product, sum_of
 from gnomon.harness.integrators.gauss.gauss import halves
 from gnomon.harness.kernels.equations import Kernel, check_values
 from gnomon.reference.numerics.precision import working
@@ -19,9 +19,7 @@ Phi = Callable[[int, Any], Matrix]
 """A function (k, c) -> phi_k(c h L)."""
 
 
-def exponential_step(
-    f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
-) -> bool:
+def exponential_step(s: StepData, t: Any, h: Any) -> bool:
     """One step of an exponential Runge-Kutta method.
 
     Rows of `table`: c_1 ... c_s; for each stage and for the end the matrices exp(c h L) - 1 and h a_1 ... h a_s, each
@@ -31,6 +29,7 @@ def exponential_step(
     A constant slope adds equal numbers in every step, and their roundings may be equal too. So their residuals are
     carried to the sum with the state and, in the last row of `store`, to the next step.
     """
+    table, y, x, slope, store, increment = s.table, s.y, s.x, s.slope, s.store, s.increment
     n = y.size
     stages = store.shape[0] - 1
     for j in range(stages + 1):
@@ -52,7 +51,7 @@ def exponential_step(
         if j < stages:
             for i in range(n):
                 x[i] = y[i] + increment[i]
-            call(f, t + table[0, j] * h, x, p, slope)
+            evaluate(s, t + table[0, j] * h)
             for i in range(n):
                 store[j, i] = slope[i]
     return True

@@ -11,20 +11,19 @@ from typing import Any
 from gnomon.cases.core.forms import Form, RigidBody
 from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solver
 from gnomon.harness.integrators.base.fixed_step import FixedStep, Table, take_numbers
-from gnomon.harness.integrators.base.stepping import call
+from gnomon.harness.integrators.base.stepping import StepData, evaluate
 from gnomon.harness.integrators.geometric.splitting import Composed, KahanLi6
 from gnomon.harness.integrators.runge_kutta.explicit import RK4
 
 
-def munthe_kaas_step(
-    f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
-) -> bool:
+def munthe_kaas_step(s: StepData, t: Any, h: Any) -> bool:
     """One step of the Runge-Kutta-Munthe-Kaas method.
 
     Rows of `table`: c_j, a_j1, ... for each stage; 1, b_1, ...; the moments of inertia. The first six columns of
     `store` hold the stage vectors u (rotation since the start of the step, Q = exp(hat u)) and g (angular momentum
     added by torque, along the axes at the start): u' = u-dexp^-1(w), g' = Q torque.
     """
+    table, y, x, slope, store, increment = s.table, s.y, s.x, s.slope, s.store, s.increment
     stages = table.shape[0] - 2
     inertia = stages + 1
     for j in range(stages + 1):
@@ -49,7 +48,7 @@ def munthe_kaas_step(
             x[i] = y[i] + increment[i]
         if j == stages:
             break
-        call(f, t + table[j, 0] * h, x, p, slope)
+        evaluate(s, t + table[j, 0] * h)
         w1, w2, w3 = x[0], x[1], x[2]
         # The inverse differential of exp, to the terms that order 4 needs: w + u x w / 2 + u x (u x w) / 12.
         a1, a2, a3 = u2 * w3 - u3 * w2, u3 * w1 - u1 * w3, u1 * w2 - u2 * w1
@@ -62,13 +61,12 @@ def munthe_kaas_step(
     return True
 
 
-def axis_splitting_step(
-    f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
-) -> bool:
+def axis_splitting_step(s: StepData, t: Any, h: Any) -> bool:
     """One step of symmetric steps: half the torque, exact rotations about axes 1, 2, 3, 2, 1, half the torque.
 
     Rows of `table`: lengths of the symmetric steps over h; moments of inertia.
     """
+    table, increment = s.table, s.increment
     for i in range(12):
         increment[i] = 0.0
     now = t
@@ -77,31 +75,32 @@ def axis_splitting_step(
         if length == 0.0:
             continue
         half = length / 2
-        push(f, now, half, y, p, table, x, slope, increment)
-        spin(y, 0, half, table, increment)
-        spin(y, 1, half, table, increment)
-        spin(y, 2, length, table, increment)
-        spin(y, 1, half, table, increment)
-        spin(y, 0, half, table, increment)
+        push(s, now, half)
+        spin(s, 0, half)
+        spin(s, 1, half)
+        spin(s, 2, length)
+        spin(s, 1, half)
+        spin(s, 0, half)
         now += length
-        push(f, now, half, y, p, table, x, slope, increment)
+        push(s, now, half)
     return True
 
 
-def push(f: Any, now: Any, length: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, increment: Any) -> None:
+def push(s: Any, now: Any, length: Any) -> None:
     """Change the angular velocity by the torque over `length`."""
     for i in range(12):
-        x[i] = y[i] + increment[i]
-    call(f, now, x, p, slope)
+        s.x[i] = s.y[i] + s.increment[i]
+    evaluate(s, now)
     for i in range(3):
-        increment[i] += length * slope[i] / table[1, i]
+        s.increment[i] += length * s.slope[i] / s.table[1, i]
 
 
-def spin(y: Any, axis: int, length: Any, table: Any, increment: Any) -> None:
+def spin(s: Any, axis: int, length: Any) -> None:
     """The exact motion under the kinetic energy of one axis, M_i^2 / (2 I_i): a rotation about it at constant w_i.
 
     It is added as a change, with cos - 1 = -2 sin^2(angle / 2), so that small angles lose no digits.
     """
+    y, table, increment = s.y, s.table, s.increment
     b = (axis + 1) % 3
     c = (axis + 2) % 3
     angle = length * (y[axis] + increment[axis])

@@ -14,9 +14,9 @@ from gnomon.cases.core.elimination import rows_of, solve_all
 from gnomon.cases.core.forms import Constrained, Values
 from gnomon.harness.contract.constraints import constraints_of, rest
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Tolerance
-from gnomon.harness.integrators.base.step_control import end_slope
+from gnomon.harness.integrators.base.step_control import AttemptData, end_slope
 from gnomon.harness.integrators.base.step_control import first_step as first_step_alone
-from gnomon.harness.integrators.base.stepping import call
+from gnomon.harness.integrators.base.stepping import evaluate
 from gnomon.harness.integrators.gauss.gauss_steps import SMALLEST
 from gnomon.harness.integrators.geometric.rattle import eliminate
 from gnomon.harness.integrators.runge_kutta.dop853_table import DOP853
@@ -32,14 +32,13 @@ ENOUGH = 1e-9
 """Relative to the position: as Newton's method squares changes, the next one is below round-off."""
 
 
-def first_step(
-    f: Any, y: Floats, p: Floats, k: Floats, x: Floats, slope: Floats, tolerance: float, most: float, groups: Any
-) -> float:  # fmt: skip
+def first_step(s: AttemptData, k: Floats, tolerance: float, most: float, groups: Any) -> float:
     """The first step size; keeps the values of the constraints at the start in the last numbers of `slope`."""
-    h = first_step_alone(f, y, p, k, x, slope, tolerance, most, groups)
+    y, x, slope = s.y, s.x, s.slope
+    h = first_step_alone(s, k, tolerance, most, groups)
     for i in range(x.size):
         x[i] = y[i]
-    call(f, 0.0, x, p, slope)
+    evaluate(s, 0.0)
     m = constraints_beside(slope, y)
     for j in range(m):
         slope[slope.size - m + j] = slope[y.size + j]
@@ -51,46 +50,39 @@ def constraints_beside(slope: Floats, y: Floats) -> int:
     return (slope.size - y.size) // (y.size + 3)
 
 
-def attempt(
-    f: Any, t: float, h: float, y: Floats, compensation: Floats, p: Floats, table: Floats, x: Floats, slope: Floats,
-    k: Floats, change: Floats, end: Floats,
-) -> bool:  # fmt: skip
+def attempt(s: AttemptData, t: float, h: float) -> bool:
     """Compute a step and project its end; returns whether the projection converged."""
-    propagate(f, t, h, y, compensation, p, table, x, slope, k, change, end)
-    m = constraints_beside(slope, y)
+    propagate(s, t, h)
+    m = constraints_beside(s.slope, s.y)
     rows = np.empty((m, m + 1))
-    if not project(f, t + h, end, p, m, x, slope, slope, slope.size - m, rows, 0):
+    if not project(s, t + h, s.end, m, s.slope[s.slope.size - m :], rows):
         return False
-    for i in range(y.size):
-        change[i] += end[i] - (y[i] + change[i])
+    for i in range(s.y.size):
+        s.change[i] += s.end[i] - (s.y[i] + s.change[i])
     if ENDS == 1:
-        end_slope(f, t + h, end, p, x, slope, k)
+        end_slope(s, t + h)
     return True
 
 
-def between(
-    f: Any, t: float, h: float, ahead: float, y: Floats, compensation: Floats, end: Floats, p: Floats, table: Floats, x: Floats,
-    slope: Floats, k: Floats, spare: Floats, out: Floats,
-) -> None:  # fmt: skip
+def between(s: AttemptData, t: float, h: float, ahead: float, out: Floats) -> None:
     """Write the state within a step into `out`: the interpolant, projected."""
-    state_within(f, t, h, ahead, y, compensation, end, p, table, x, slope, k, out)
-    m = constraints_beside(slope, y)
-    for i in range(y.size):
-        spare[i] = out[i]
+    state_within(s, t, h, ahead, out)
+    m = constraints_beside(s.slope, s.y)
+    for i in range(s.y.size):
+        s.spare[i] = out[i]
     rows = np.empty((m, m + 1))
-    if project(f, t + ahead, spare, p, m, x, slope, slope, slope.size - m, rows, 0):
-        for i in range(y.size):
-            out[i] = spare[i]
+    if project(s, t + ahead, s.spare, m, s.slope[s.slope.size - m :], rows):
+        for i in range(s.y.size):
+            out[i] = s.spare[i]
 
 
-def project(
-    f: Any, t: Any, state: Any, p: Any, m: int, x: Any, slope: Any, held: Any, first: Any, rows: Any, at: int
-) -> bool:  # fmt: skip
-    """Project a state onto m constraints, whose values are `held` from the number `first` on, and onto their tangents.
+def project(s: Any, t: Any, state: Any, m: int, held: Any, rows: Any) -> bool:
+    """Project a state onto m constraints, whose values are `held`, and onto their tangents.
 
-    Along M^-1 G^T, computed at each place again. `rows` holds the linear equations from the row `at` on. Returns False if
-    Newton's method does not converge.
+    Along M^-1 G^T, computed at each place again. `rows` holds the linear equations. Returns False if Newton's method does
+    not converge.
     """
+    x, slope = s.x, s.slope
     n = state.size // 2
     gradient = 2 * n + 2 * m
     pushed = gradient + m * n
@@ -98,24 +90,24 @@ def project(
     for _ in range(MOST_RETURNS):
         for i in range(2 * n):
             x[i] = state[i]
-        call(f, t, x, p, slope)
+        evaluate(s, t)
         for j in range(m):
-            rows[at + j, m] = slope[2 * n + j] - held[first + j]
+            rows[j, m] = slope[2 * n + j] - held[j]
             if near:
-                rows[at + j, m] = slope[2 * n + m + j]
+                rows[j, m] = slope[2 * n + m + j]
                 for i in range(n):
-                    rows[at + j, m] += slope[gradient + j * n + i] * state[n + i]
+                    rows[j, m] += slope[gradient + j * n + i] * state[n + i]
             for c in range(m):
-                rows[at + j, c] = 0.0 * rows[at + j, m]
+                rows[j, c] = 0.0 * rows[j, m]
                 for i in range(n):
-                    rows[at + j, c] += slope[gradient + j * n + i] * slope[pushed + c * n + i]
-        eliminate(rows, at, m)
+                    rows[j, c] += slope[gradient + j * n + i] * slope[pushed + c * n + i]
+        eliminate(rows, 0, m)
         moved = n if near else 0
         largest, size = 0.0, SMALLEST
         for i in range(n):
-            correction = rows[at, m] * slope[pushed + i]
+            correction = rows[0, m] * slope[pushed + i]
             for j in range(1, m):
-                correction += rows[at + j, m] * slope[pushed + j * n + i]
+                correction += rows[j, m] * slope[pushed + j * n + i]
             if not abs(correction) < 1e300:
                 return False
             state[moved + i] -= correction

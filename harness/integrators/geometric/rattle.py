@@ -8,7 +8,7 @@ from gnomon.cases.core.scene import SceneForm
 from gnomon.harness.contract.constraints import constraints_of
 from gnomon.harness.contract.integrator import Integrator, Problem, Unsupported
 from gnomon.harness.integrators.base.fixed_step import Table
-from gnomon.harness.integrators.base.stepping import call, sum_of
+from gnomon.harness.integrators.base.stepping import StepData, evaluate, sum_of
 from gnomon.harness.integrators.gauss.gauss_steps import MOST_ITERATIONS, SMALLEST, has_settled
 from gnomon.harness.integrators.geometric.constrained_parts import explicit_parts, is_constant
 from gnomon.harness.integrators.geometric.splitting import Composed, KahanLi6, Suzuki4
@@ -19,9 +19,7 @@ COUNT = 0
 it from the sizes of its arrays."""
 
 
-def rattle_step(
-    f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
-) -> bool:
+def rattle_step(s: StepData, t: Any, h: Any) -> bool:
     """One step of symmetric RATTLE steps.
 
     Rows of `table`: lengths of the symmetric steps over h; the unit round-off. `call` computes at a position, for n
@@ -37,6 +35,7 @@ def rattle_step(
     otherwise the rounded constraint would determine it, equally at each return, and the momentum would drift as t. On a
     sphere this drift was 4e-4 units of round-off in each step, of either sign.
     """
+    table, y, x, slope, store, increment = s.table, s.y, s.x, s.slope, s.store, s.increment
     n = x.size
     m = COUNT if COUNT > 0 else (slope.size - n) // (2 * n + 2)
     gradient = n + 2 * m
@@ -47,7 +46,7 @@ def rattle_step(
     if store[0, 0] == 0.0:
         for i in range(n):
             x[i] = y[i]
-        call(f, now, x, p, slope)
+        evaluate(s, now)
         store[0, 0] = 1.0
         for k in range(m):
             store[0, 1 + k] = slope[n + k]
@@ -62,11 +61,11 @@ def rattle_step(
             increment[n + i] += length / 2 * slope[i]
             increment[i] += length * (y[n + i] + increment[n + i])
         now += length
-        if not move_onto_constraints(f, now, length, y, p, table[1, 0], x, slope, store, increment):
+        if not move_onto_constraints(s, now, length):
             return False
         for i in range(n):
             x[i] = y[i] + (increment[i] + store[1, n + i])
-        call(f, now, x, p, slope)
+        evaluate(s, now)
         for i in range(n):
             increment[n + i] += length / 2 * slope[i]
         for k in range(m):
@@ -91,9 +90,7 @@ def rattle_step(
     return True
 
 
-def move_onto_constraints(
-    f: Any, now: Any, length: Any, y: Any, p: Any, roundoff: Any, x: Any, slope: Any, store: Any, increment: Any
-) -> bool:
+def move_onto_constraints(s: Any, now: Any, length: Any) -> bool:
     """Move the position along M^-1 G^T at the start until constraints have their values, and correct the velocity.
 
     Constraints are computed at the rounded position and extrapolated to the exact position with their gradients. The
@@ -102,6 +99,7 @@ def move_onto_constraints(
     A change that does not halve is round-off, as Newton's method squares changes: with two constraints changes of a
     thousandth of round-off shrank by a hundredth in each round, up to MOST_ITERATIONS.
     """
+    y, x, slope, store, increment, roundoff = s.y, s.x, s.slope, s.store, s.increment, s.table[1, 0]
     n = x.size
     m = COUNT if COUNT > 0 else (slope.size - n) // (2 * n + 2)
     gradient = n + 2 * m
@@ -111,7 +109,7 @@ def move_onto_constraints(
     for iteration in range(MOST_ITERATIONS):
         for i in range(n):
             x[i] = y[i] + (increment[i] - store[1, i])
-        call(f, now, x, p, slope)
+        evaluate(s, now)
         for k in range(m):
             beyond = 0.0
             for i in range(n):

@@ -6,18 +6,17 @@ from typing import Any, ClassVar
 from gnomon.cases.core.forms import SecondOrder
 from gnomon.harness.contract.integrator import Integrator, Steps
 from gnomon.harness.integrators.base.fixed_step import FixedStep, Table
-from gnomon.harness.integrators.base.stepping import call
+from gnomon.harness.integrators.base.stepping import StepData, evaluate
 
 
-def splitting_step(
-    f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
-) -> bool:
+def splitting_step(s: StepData, t: Any, h: Any) -> bool:
     """One step of kicks and drifts.
 
     Rows of `table`: kicks b_1 ... b_s and drifts a_1 ... a_s, applied as b_1, a_1, b_2, a_2, ..., in units of h. A
     method that ends with a kick leaves the acceleration at the end of the step in `slope`; the next step begins with
     it.
     """
+    table, y, x, slope, store, increment = s.table, s.y, s.x, s.slope, s.store, s.increment
     half = x.size
     for i in range(2 * half):
         increment[i] = 0.0
@@ -29,7 +28,7 @@ def splitting_step(
             if j > 0 or store[0, 0] == 0.0:
                 for i in range(half):
                     x[i] = y[i] + increment[i]
-                call(f, now, x, p, slope)
+                evaluate(s, now)
             for i in range(half):
                 increment[half + i] += kick * slope[i]
         if drift != 0.0:

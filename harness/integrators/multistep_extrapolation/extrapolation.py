@@ -31,7 +31,7 @@ from gnomon.harness.integrators.base.step_control import (
     first_step,
     obstacle,
 )
-from gnomon.harness.integrators.base.stepping import call
+from gnomon.harness.integrators.base.stepping import StepData, call, evaluate
 from numpy.typing import NDArray
 
 COLUMNS = 10
@@ -82,6 +82,7 @@ def integrate(
     y, compensation, x, slope = np.empty(dimension), np.empty(dimension), np.empty(dimension), np.empty(dimension)
     before, now = np.empty(dimension), np.empty(dimension)
     first, columns = np.empty((1, dimension)), np.empty((COLUMNS, dimension))
+    s = StepData(f, p, table, y, x, slope, columns, now)
     lengths, work = np.zeros(COLUMNS), np.zeros(COLUMNS)
     sizes, inverse, rough = np.empty(dimension), np.empty(dimension), np.zeros(dimension)
     young = np.zeros((YOUNG, dimension))
@@ -91,7 +92,7 @@ def integrate(
             y[i] = initial[n, i]
             compensation[i] = 0.0
         t, sample, attempts = 0.0, 0, 0
-        h = first_step(f, y, p, first, x, slope, tolerance, min(times[-1], limits[SCALE]), groups)
+        h = first_step(s, first, tolerance, min(times[-1], limits[SCALE]), groups)
         if limits[FIRST] > 0.0 and h > 0.0:
             h = limits[FIRST]
         # Zero-based: the column at which the error is expected to be within the tolerance.
@@ -124,7 +125,7 @@ def integrate(
                 invert(groups, sizes, inverse)
             good, last, previous = -1, 0, np.inf
             for j in range(target + 2):
-                midpoint(f, t, step, y, p, 2 * (j + 1), x, slope, first, before, now)
+                midpoint(s, t, step, 2 * (j + 1), first, before, now)
                 extrapolate(j, table, now, columns)
                 if j == 0:
                     continue
@@ -151,7 +152,7 @@ def integrate(
                     break
             if good < 0:
                 perturb_by_roundoff(y, x)
-                call(f, t, x, p, slope)
+                evaluate(s, t)
                 enlarge_roundoff(first[0], slope, 0, groups, rough)
                 noisy = limit_by_roundoff(step / tolerance, groups, rough, inverse) or noisy
                 target = max(1, min(target, last))
@@ -201,10 +202,9 @@ def integrate(
     return taken
 
 
-def midpoint(
-    f: Any, t: Any, h: Any, y: Any, p: Any, substeps: int, x: Any, slope: Any, start: Any, before: Any, now: Any
-) -> None:
+def midpoint(s: Any, t: Any, h: Any, substeps: int, start: Any, before: Any, now: Any) -> None:
     """Write the change of the state over h into `now`, by Gragg's rule with smoothing, from the slope `start` at t."""
+    y, x, slope = s.y, s.x, s.slope
     small = h / substeps
     for i in range(y.size):
         before[i] = 0.0
@@ -212,14 +212,14 @@ def midpoint(
     for m in range(1, substeps):
         for i in range(y.size):
             x[i] = y[i] + now[i]
-        call(f, t + m * small, x, p, slope)
+        evaluate(s, t + m * small)
         for i in range(y.size):
             following = before[i] + 2 * small * slope[i]
             before[i] = now[i]
             now[i] = following
     for i in range(y.size):
         x[i] = y[i] + now[i]
-    call(f, t + h, x, p, slope)
+    evaluate(s, t + h)
     for i in range(y.size):
         now[i] = (before[i] + now[i] + small * slope[i]) / 2
 

@@ -9,7 +9,7 @@ from gnomon.cases.core.forms import Form, SecondOrder
 from gnomon.harness.contract.integrator import Floats, Integrator, Steps
 from gnomon.harness.integrators.base import tableau
 from gnomon.harness.integrators.base.fixed_step import FixedStep, Table, keep_table
-from gnomon.harness.integrators.base.stepping import call
+from gnomon.harness.integrators.base.stepping import StepData, evaluate
 from gnomon.harness.integrators.runge_kutta import nystrom_table
 from gnomon.harness.integrators.runge_kutta.nystrom import nystrom_increment
 
@@ -20,9 +20,7 @@ steps made; the last change of the position and the compensation of its sum; St√
 acceleration, which is not yet in the differences."""
 
 
-def stormer_step(
-    f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
-) -> bool:
+def stormer_step(s: StepData, t: Any, h: Any) -> bool:
     """One step by St√∂rmer's formula, or by the starting method until there are enough accelerations for the formula.
 
     Rows of `table`: weights of the newest acceleration a and of the backward differences of the accelerations before
@@ -33,6 +31,7 @@ def stormer_step(
     energy drift as t. Here the terms of differences 0 and 1 are summed without rounding, and the other weights are
     small.
     """
+    table, y, x, slope, store, increment = s.table, s.y, s.x, s.slope, s.store, s.increment
     half = x.size
     stages = table.shape[0] - 4
     order = store.shape[0] - HISTORY - stages
@@ -41,14 +40,14 @@ def stormer_step(
     if made == 0:
         for i in range(half):
             x[i] = y[i]
-        call(f, t, x, p, slope)
+        evaluate(s, t)
         for i in range(half):
             store[3, i] = slope[i]
     if made < order - 1:
         work = store[HISTORY + order :]
         for i in range(half):
             work[0, i] = store[3, i]
-        nystrom_increment(f, t, h, y, p, table[2:], stages, x, slope, work, increment)
+        nystrom_increment(s._replace(table=table[2:], store=work), t, h, stages)
         for i in range(half):
             store[1, i] = increment[i]
     else:
@@ -60,7 +59,7 @@ def stormer_step(
             increment[i] = updated
     for i in range(half):
         x[i] = y[i] + increment[i]
-    call(f, t + h, x, p, slope)
+    evaluate(s, t + h)
     for i in range(half):
         # All terms but the last are summed while the processor waits for the slope, small terms first: differences have
         # so few bits that ties would be frequent, and their rounding biased.

@@ -1,12 +1,20 @@
 """Embedded explicit Runge-Kutta pairs for y' = f(t, y): a method is its tableau. Step sizes: `base/step_control.py`."""
 
 from math import sqrt
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from gnomon.cases.core.forms import FirstOrder
 from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.integrators.base.sizes import one_over
-from gnomon.harness.integrators.base.step_control import ENDS, STAGES, Adaptive, arrive, end_slope, first_step
+from gnomon.harness.integrators.base.step_control import (
+    ENDS,
+    STAGES,
+    Adaptive,
+    AttemptData,
+    arrive,
+    end_slope,
+    first_step,
+)
 from gnomon.harness.integrators.base.tableau import ButcherTableau
 from gnomon.harness.integrators.runge_kutta.explicit import stage
 
@@ -37,37 +45,32 @@ class Embedded(Adaptive):
         }  # fmt: skip
 
 
-def attempt(
-    f: Any, t: float, h: float, y: Floats, compensation: Floats, p: Floats, table: Floats, x: Floats, slope: Floats,
-    k: Floats, change: Floats, end: Floats,
-) -> bool:  # fmt: skip
+def attempt(s: AttemptData, t: float, h: float) -> bool:
     """Compute the stages of a step and the state at its end."""
-    propagate(f, t, h, y, compensation, p, table, x, slope, k, change, end)
+    propagate(s, t, h)
     if ENDS == 1:
-        end_slope(f, t + h, end, p, x, slope, k)
+        end_slope(s, t + h)
     return True
 
 
-def propagate(
-    f: Any, t: float, h: float, y: Floats, compensation: Floats, p: Floats, table: Floats, x: Floats, slope: Floats,
-    k: Floats, change: Floats, end: Floats,
-) -> None:  # fmt: skip
+def propagate(s: AttemptData, t: float, h: float) -> None:
     """Compute the stages of a step, the change of the state and the state at the end."""
     for j in range(1, STAGES):
-        stage(f, t, h, y, p, table, j, x, slope, k)
-    for i in range(y.size):
+        stage(s, t, h, j, s.k)
+    for i in range(s.y.size):
         total = 0.0
         for m in range(STAGES):
-            total += table[STAGES, m + 1] * k[m, i]
-        change[i] = h * total + compensation[i]
-        end[i] = y[i] + change[i]
+            total += s.table[STAGES, m + 1] * s.k[m, i]
+        s.change[i] = h * total + s.compensation[i]
+        s.end[i] = s.y[i] + s.change[i]
 
 
-def error_norm(h: float, y: Floats, end: Floats, table: Floats, k: Floats, inverse: Floats) -> float:
+def error_norm(s: AttemptData, h: float) -> float:
     """The norm of the estimated error of a step, damped by the second estimate if there is one (II.10.17)."""
+    y, table, k = s.y, s.table, s.k
     first, second = 0.0, 0.0
     for i in range(y.size):
-        weight = one_over(i, y, end, inverse)
+        weight = one_over(i, y, s.end, s.inverse)
         a, b = 0.0, 0.0
         for m in range(STAGES + ENDS):
             a += table[ERRORS, m + 1] * k[m, i]
@@ -79,44 +82,37 @@ def error_norm(h: float, y: Floats, end: Floats, table: Floats, k: Floats, inver
     return h * first / sqrt((first + 0.01 * second) * y.size)
 
 
-def open_step(
-    f: Any, t: float, h: float, y: Floats, p: Floats, table: Floats, x: Floats, slope: Floats, k: Floats
-) -> None:
+def open_step(s: AttemptData, t: float, h: float) -> None:
     """Compute the extra stages of the dense output."""
     for j in range(STAGES + 1, LAST):
-        stage(f, t, h, y, p, table, j, x, slope, k)
+        stage(s, t, h, j, s.k)
 
 
-def between(
-    f: Any, t: float, h: float, ahead: float, y: Floats, compensation: Floats, end: Floats, p: Floats, table: Floats, x: Floats,
-    slope: Floats, k: Floats, spare: Floats, out: Floats,
-) -> None:  # fmt: skip
+def between(s: AttemptData, t: float, h: float, ahead: float, out: Floats) -> None:
     """Write the state within a step into `out`: by the interpolant, or by a separate step if there is none."""
-    state_within(f, t, h, ahead, y, compensation, end, p, table, x, slope, k, out)
+    state_within(s, t, h, ahead, out)
 
 
-def state_within(
-    f: Any, t: float, h: float, ahead: float, y: Floats, compensation: Floats, end: Floats, p: Floats, table: Floats, x: Floats,
-    slope: Floats, k: Floats, out: Floats,
-) -> None:  # fmt: skip
+def state_within(s: AttemptData, t: float, h: float, ahead: float, out: Floats) -> None:
     """Write the state at t + `ahead` into `out`, as `between`; `projected` calls it, and then projects the state."""
     if DENSE_ROWS >= 0:
-        interpolate(ahead / h, h, y, end, table, k, out)
+        interpolate(s, ahead / h, h, out)
     elif ahead == h:
-        for i in range(y.size):
-            out[i] = end[i]
+        for i in range(s.y.size):
+            out[i] = s.end[i]
     else:
         for j in range(1, STAGES):
-            stage(f, t, ahead, y, p, table, j, x, slope, k)
-        for i in range(y.size):
+            stage(s, t, ahead, j, s.k)
+        for i in range(s.y.size):
             total = 0.0
             for m in range(STAGES):
-                total += table[STAGES, m + 1] * k[m, i]
-            out[i] = y[i] + (ahead * total + compensation[i])
+                total += s.table[STAGES, m + 1] * s.k[m, i]
+            out[i] = s.y[i] + (ahead * total + s.compensation[i])
 
 
-def interpolate(x: float, h: float, y: Floats, end: Floats, table: Floats, k: Floats, out: Floats) -> None:
-    """The state at the fraction x of the step (II.6.20)."""
+def interpolate(s: AttemptData, x: float, h: float, out: Floats) -> None:
+    """Write the state at the fraction x of the step into `out` (II.6.20)."""
+    y, end, table, k = s.y, s.end, s.table, s.k
     for i in range(y.size):
         change = end[i] - y[i]
         value = 0.0

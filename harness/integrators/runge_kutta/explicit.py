@@ -5,17 +5,16 @@ from typing import Any, ClassVar
 from gnomon.cases.core.forms import FirstOrder, Form
 from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.integrators.base.fixed_step import FixedStep, Table
-from gnomon.harness.integrators.base.stepping import call
+from gnomon.harness.integrators.base.stepping import StepData, evaluate
 from gnomon.harness.integrators.base.tableau import ButcherTableau
 
 
-def runge_kutta_step(
-    f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
-) -> bool:
+def runge_kutta_step(s: StepData, t: Any, h: Any) -> bool:
     """One explicit Runge-Kutta step. Rows of `table`: c_j, a_j1, a_j2, ... for each stage, then 1, b_1, b_2, ..."""
+    table, y, store, increment = s.table, s.y, s.store, s.increment
     stages = table.shape[0] - 1
     for j in range(stages):
-        stage(f, t, h, y, p, table, j, x, slope, store)
+        stage(s, t, h, j, store)
     for i in range(y.size):
         total = 0.0
         for m in range(stages):
@@ -24,14 +23,15 @@ def runge_kutta_step(
     return True
 
 
-def stage(f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, j: int, x: Any, slope: Any, k: Any) -> None:
+def stage(s: Any, t: Any, h: Any, j: int, k: Any) -> None:
     """Compute the slope of stage j into k[j], from the slopes of the stages before it."""
+    table, y, x, slope = s.table, s.y, s.x, s.slope
     for i in range(y.size):
         total = 0.0
         for m in range(j):
             total += table[j, m + 1] * k[m, i]
         x[i] = y[i] + h * total
-    call(f, t + table[j, 0] * h, x, p, slope)
+    evaluate(s, t + table[j, 0] * h)
     for i in range(y.size):
         k[j, i] = slope[i]
 

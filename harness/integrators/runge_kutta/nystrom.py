@@ -9,8 +9,16 @@ from typing import Any, ClassVar
 from gnomon.cases.core.forms import SecondOrder
 from gnomon.harness.contract.integrator import Floats, Integrator, Tolerance
 from gnomon.harness.integrators.base.sizes import one_over
-from gnomon.harness.integrators.base.step_control import ENDS, STAGES, Adaptive, arrive, end_slope, first_step
-from gnomon.harness.integrators.base.stepping import call
+from gnomon.harness.integrators.base.step_control import (
+    ENDS,
+    STAGES,
+    Adaptive,
+    AttemptData,
+    arrive,
+    end_slope,
+    first_step,
+)
+from gnomon.harness.integrators.base.stepping import evaluate
 from gnomon.harness.integrators.base.tableau import NystromTableau, parse_rows
 from gnomon.harness.integrators.runge_kutta.nystrom_table import RKN_12_10
 
@@ -31,17 +39,15 @@ class Nystrom(Adaptive):
         }  # fmt: skip
 
 
-def attempt(
-    f: Any, t: float, h: float, y: Floats, compensation: Floats, p: Floats, table: Floats, x: Floats, slope: Floats,
-    k: Floats, change: Floats, end: Floats,
-) -> bool:  # fmt: skip
+def attempt(s: AttemptData, t: float, h: float) -> bool:
     """Compute the stages of a step and the state at its end."""
-    step_into(f, t, h, y, compensation, p, table, x, slope, k, change, end)
+    step_into(s, t, h)
     return True
 
 
-def error_norm(h: float, y: Floats, end: Floats, table: Floats, k: Floats, inverse: Floats) -> float:
+def error_norm(s: AttemptData, h: float) -> float:
     """The norm (root mean square) of the estimated error of a step."""
+    y, end, table, k, inverse = s.y, s.end, s.table, s.k, s.inverse
     half = y.size // 2
     total = 0.0
     for i in range(half):
@@ -54,11 +60,10 @@ def error_norm(h: float, y: Floats, end: Floats, table: Floats, k: Floats, inver
     return sqrt(total / y.size)
 
 
-def step_into(
-    f: Any, t: float, h: float, y: Floats, compensation: Floats, p: Floats, table: Floats, x: Floats, slope: Floats, k: Floats,
-    change: Floats, end: Floats,
-) -> None:  # fmt: skip
+def step_into(s: AttemptData, t: float, h: float) -> None:
     """One step from the acceleration k[0] at its start: computes the change of the state and the state at its end."""
+    table, y, x, slope, k = s.table, s.y, s.x, s.slope, s.k
+    compensation, change, end = s.compensation, s.change, s.end
     half = x.size
     for j in range(1, STAGES):
         ahead = table[j, 0] * h
@@ -67,7 +72,7 @@ def step_into(
             for m in range(j):
                 total += table[j, m + 1] * k[m, i]
             x[i] = y[i] + (ahead * y[half + i] + h * h * total)
-        call(f, t + ahead, x, p, slope)
+        evaluate(s, t + ahead)
         for i in range(half):
             k[j, i] = slope[i]
     for i in range(half):
@@ -77,7 +82,7 @@ def step_into(
         change[i] = h * y[half + i] + h * h * total + compensation[i] + h * compensation[half + i]
         end[i] = y[i] + change[i]
     if ENDS == 1:
-        end_slope(f, t + h, end, p, x, slope, k)
+        end_slope(s, t + h)
     for i in range(half):
         total = 0.0
         for m in range(STAGES + ENDS):
@@ -86,38 +91,33 @@ def step_into(
         end[half + i] = y[half + i] + change[half + i]
 
 
-def open_step(
-    f: Any, t: float, h: float, y: Floats, p: Floats, table: Floats, x: Floats, slope: Floats, k: Floats
-) -> None:
+def open_step(s: AttemptData, t: float, h: float) -> None:
     """Do nothing: a Nyström pair has no interpolant to prepare."""
 
 
-def between(
-    f: Any, t: float, h: float, ahead: float, y: Floats, compensation: Floats, end: Floats, p: Floats, table: Floats, x: Floats,
-    slope: Floats, k: Floats, spare: Floats, out: Floats,
-) -> None:  # fmt: skip
+def between(s: AttemptData, t: float, h: float, ahead: float, out: Floats) -> None:
     """Write the state within a step into `out`, by a separate step; the acceleration k[STAGES] of the step is kept."""
+    k = s.k
     if ahead == h:
-        for i in range(y.size):
-            out[i] = end[i]
+        for i in range(s.y.size):
+            out[i] = s.end[i]
         return
-    for i in range(x.size):
+    for i in range(s.x.size):
         k[STAGES + 1, i] = k[STAGES, i]
-    step_into(f, t, ahead, y, compensation, p, table, x, slope, k, spare, out)
-    for i in range(x.size):
+    step_into(s._replace(change=s.spare, end=out), t, ahead)
+    for i in range(s.x.size):
         k[STAGES, i] = k[STAGES + 1, i]
 
 
 Nystrom.pieces = (first_step, attempt, error_norm, arrive, open_step, between)
 
 
-def nystrom_increment(
-    f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, stages: int, x: Any, slope: Any, store: Any, increment: Any
-) -> None:
-    """One step at a fixed step size, in any arithmetic, from the acceleration store[0] at its start.
+def nystrom_increment(s: Any, t: Any, h: Any, stages: int) -> None:
+    """One step at a fixed step size, in any arithmetic, from the acceleration s.store[0] at its start.
 
-    The first `stages` rows of `table` are the stages, the next two the weights of position and velocity.
+    The first `stages` rows of `s.table` are the stages, the next two the weights of position and velocity.
     """
+    table, y, x, slope, store, increment = s.table, s.y, s.x, s.slope, s.store, s.increment
     half = x.size
     for j in range(1, stages):
         for i in range(half):
@@ -125,7 +125,7 @@ def nystrom_increment(
             for m in range(j):
                 total += table[j, m + 1] * store[m, i]
             x[i] = y[i] + (table[j, 0] * h * y[half + i] + h * h * total)
-        call(f, t + table[j, 0] * h, x, p, slope)
+        evaluate(s, t + table[j, 0] * h)
         for i in range(half):
             store[j, i] = slope[i]
     for i in range(half):
