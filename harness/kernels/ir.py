@@ -7,6 +7,7 @@ module. One `Module` is current in a thread.
 """
 
 import math
+import re
 import struct
 import threading
 from collections.abc import Callable, Iterator, Sequence
@@ -36,7 +37,7 @@ class Module:
         self.functions: list[Function] = []
         self.declared: dict[str, str] = {}
         self.stack: list[Function] = []
-        self.outlined: dict[Any, tuple[str, str, Any, list[str]]] = {}
+        self.outlined: dict[Any, tuple[str, str, Any, list[str], list[int]]] = {}
 
     def __enter__(self) -> "Module":
         self.outer = getattr(_current, "module", None)
@@ -791,8 +792,8 @@ class Outlined:
         outlined, key = module().outlined, (self, structure)
         if key not in outlined:
             outlined[key] = self._emitted(len(outlined), structure, given)
-        name, result, returned, kinds = outlined[key]
-        call_ = f"call {result} @{name}({', '.join(x.typed for x in given)})"
+        name, result, returned, kinds, used = outlined[key]
+        call_ = f"call {result} @{name}({', '.join(given[n].typed for n in used)})"
         if result == "void":
             here().do(call_)
             return rebuild(returned, iter(()))
@@ -802,11 +803,13 @@ class Outlined:
         parts = (here().emit(kind, f"extractvalue {result} {whole}, {n}") for n, kind in enumerate(kinds))
         return rebuild(returned, iter(list(parts)))
 
-    def _emitted(self, number: int, structure: Any, given: Sequence[Value]) -> tuple[str, str, Any, list[str]]:
+    def _emitted(
+        self, number: int, structure: Any, given: Sequence[Value]
+    ) -> tuple[str, str, Any, list[str], list[int]]:
+        """The name, the result, its structure and kinds, and the arguments that the function uses: records bring others."""
         name = f"{self.__name__}.{number}"
         names = [Value(x.kind, f"%a{n}") for n, x in enumerate(given)]
-        head = f"internal {{result}} @{name}({', '.join(x.typed for x in names)})"
-        with Function(head, self.attributes) as f:
+        with Function("", self.attributes) as f:
             results: list[Value] = []
             returned = flatten(self.function(*rebuild(structure, iter(names))), results)
             kinds = [x.kind for x in results]
@@ -821,4 +824,7 @@ class Outlined:
                 for n, x in enumerate(results):
                     whole = f.emit(f.result, f"insertvalue {whole.typed}, {x.typed}, {n}")
                 f.do(f"ret {whole.typed}")
-        return name, f.result, returned, kinds
+        found = set(re.findall(r"%a\d+\b", "\n".join((*f.allocations, *f.lines))))
+        used = [n for n, x in enumerate(names) if x.text in found]
+        f.head = f"internal {{result}} @{name}({', '.join(names[n].typed for n in used)})"
+        return name, f.result, returned, kinds, used

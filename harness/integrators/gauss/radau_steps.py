@@ -1,7 +1,7 @@
 """The stepping of Radau IIA 5: simplified Newton iteration on the transformed system, error estimate, step control."""
 
 from math import sqrt
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from gnomon.harness.contract.integrator import Floats
@@ -19,7 +19,7 @@ from gnomon.harness.integrators.base.sizes import (
     size_by_power,
 )
 from gnomon.harness.integrators.base.step_control import FIRST, MOST, NOT_FINITE, NOT_SOLVED, SCALE, obstacle
-from gnomon.harness.integrators.base.stepping import call
+from gnomon.harness.integrators.base.stepping import call, evaluate
 from numpy.typing import NDArray
 
 DIMENSION = 0
@@ -43,6 +43,39 @@ PREDICTED_MOST = 10**0.5
 
 C, EIGENVALUES, FORWARD, BACK, ERROR, BASIS = 0, 1, 2, 5, 8, 9
 """First rows of the parts of the table."""
+
+
+class RadauData(NamedTuple):
+    """The equations, numbers and arrays of a step. For those that are not explained here see `stepping.StepData`."""
+
+    f: Any
+    p: Any
+    table: Any
+    y: Any
+    start: Any
+    """The slope at the start of the step."""
+    x: Any
+    slope: Any
+    z: Any
+    """The changes of the state up to the stages, (3, dim)."""
+    w: Any
+    """`z` in the eigenvectors of the method's matrix."""
+    slopes: Any
+    """The slopes at the stages."""
+    weight: Any
+    """Errors are multiplied by it, in units of the tolerance."""
+    error: Any
+    real: Any
+    """The factors of gamma/h - J, for which `pivots` are."""
+    pivots: Any
+    both: Any
+    """The factors of (alpha + i beta)/h - J, for which `pivots_both` are."""
+    pivots_both: Any
+    right: Any
+    """The right-hand side of the real system."""
+    pair: Any
+    """The right-hand side of the complex system."""
+
 
 SIGNATURE = "int int float[1] float[2] float[2] float[1] float float int[1] float[1] float[3] int[1]"
 
@@ -74,6 +107,9 @@ def integrate(
     sizes, inverse, rough = np.zeros(n), np.zeros(n), np.zeros(n)
     pivots, pivots_both = np.empty(n, dtype=np.int64), np.empty(n, dtype=np.int64)
     young = np.zeros((YOUNG, n))
+    s = RadauData(
+        f, p, table, y, start, x, slope, z, w, slopes, weight, error, real, pivots, both, pivots_both, right, pair
+    )
     taken, shortest = 0, SHORTEST * limits[SCALE]
     for m in range(initial.shape[0]):
         for i in range(n):
@@ -101,7 +137,7 @@ def integrate(
                 length = step
                 call(derivative, t, y, p, partial)
             iterations = 0
-            solvable = factor_shifted(partial, length, table, real, pivots, both, pivots_both)
+            solvable = factor_shifted(s, length, partial)
             if solvable:
                 if not aside:
                     if ABSOLUTE == 0:
@@ -123,14 +159,11 @@ def integrate(
                         for i in range(n):
                             z[j, i] = between(table[C, j] * length / step, table, z_step, i)
                 else:
-                    guess(last, step, table, before_z, z)
+                    guess(s, step, last, before_z)
                 # The iteration goes on if a group at zero moves: only with its size do changes show whether it converged.
                 again = True
                 while again:
-                    iterations = newton(
-                        f, t, length, y, p, table, tolerance, error, slopes, weight, real, pivots, both, pivots_both,
-                        right, pair, w, z,
-                    )  # fmt: skip
+                    iterations = newton(s, t, length, tolerance)
                     again = False
                     if ABSOLUTE == 0 and not aside and iterations > 0:
                         for i in range(n):
@@ -147,7 +180,7 @@ def integrate(
                     reason = NOT_SOLVED if is_finite(start) else NOT_FINITE
                     break
                 if ABSOLUTE == 0 and solvable:
-                    noise(f, t, y, p, start, real, pivots, x, slope, error, groups, rough)
+                    noise(s, t, groups, rough)
                     noisy = True
                 h = length if aside else min(h, step) / 2
                 rejected, aside = True, False
@@ -163,9 +196,7 @@ def integrate(
                     for i in range(n):
                         z[j, i] = z_step[j, i]
             else:
-                norm = estimate(
-                    f, t, step, y, p, table, weight, x, slope, start, real, pivots, z, error, rejected, steps
-                )
+                norm = estimate(s, t, step, rejected or steps == 0)
                 safety = SAFETY * (2 * MOST_ITERATIONS + 1) / (2 * MOST_ITERATIONS + iterations)
                 scale = 1.0 / sqrt(sqrt(norm)) if norm > 0.0 else np.inf
                 wanted = min(scale, PREDICTED_MOST)
@@ -174,7 +205,7 @@ def integrate(
                 scale = min(GROW_MOST, max(SHRINK_MOST, safety * scale))
                 if not norm < 1.0 and fixed == 0.0:
                     if ABSOLUTE == 0:
-                        noise(f, t, y, p, start, real, pivots, x, slope, error, groups, rough)
+                        noise(s, t, groups, rough)
                     noisy = True
                     h = min(h, step) * (0.1 if moved or not norm < np.inf else scale)
                     if moved and h < shortest:
@@ -188,7 +219,7 @@ def integrate(
                 if not is_finite(slope) or not is_finite(x):
                     reason = NOT_FINITE
                     break
-                if times[sample] < end and not is_smooth(step, table, weight, start, z, norm):
+                if times[sample] < end and not is_smooth(s, step, norm):
                     aside = True
                     for j in range(3):
                         for i in range(n):
@@ -220,19 +251,17 @@ def integrate(
     return taken
 
 
-def noise(
-    f: Any, t: Any, y: Any, p: Any, start: Any, real: Any, pivots: Any, x: Any, slope: Any, change: Any, groups: Any,
-    rough: Any,
-) -> None:  # fmt: skip
+def noise(s: RadauData, t: Any, groups: Any, rough: Any) -> None:
     """Raise `rough`, the lower limit of the scale of errors (`sizes.limit_by_roundoff`), to the round-off of the stages.
 
     The round-off of the stages of a fast mode is its own, not h times the round-off of its rates.
     """
-    perturb_by_roundoff(y, x)
-    call(f, t, x, p, slope)
+    change = s.error
+    perturb_by_roundoff(s.y, s.x)
+    evaluate(s, t)
     for i in range(change.size):
-        change[i] = slope[i] - start[i]
-    substitute(real, pivots, change)
+        change[i] = s.slope[i] - s.start[i]
+    substitute(s.real, s.pivots, change)
     enlarge(change, groups, rough)
 
 
@@ -243,12 +272,13 @@ def is_finite(values: Any) -> bool:
     return total == 0.0
 
 
-def factor_shifted(partial: Any, h: Any, table: Any, real: Any, pivots: Any, both: Any, pivots_both: Any) -> bool:
-    """Factor gamma/h - J into `real`, and (alpha + i beta)/h - J into `both`, with their pivots; False if one is singular.
+def factor_shifted(s: RadauData, h: Any, partial: Any) -> bool:
+    """Factor the matrices `s.real` and `s.both`; returns False if one is singular.
 
-    `partial` (dim * dim,) is the Jacobian J row by row, and gamma, alpha, beta are the eigenvalues in `table`.
+    `partial` (dim * dim,) is the Jacobian J row by row, and gamma, alpha, beta are the eigenvalues in `s.table`.
     """
-    n = DIMENSION or pivots.size
+    table, real, both = s.table, s.real, s.both
+    n = DIMENSION or s.pivots.size
     gamma, alpha, beta = table[EIGENVALUES, 0] / h, table[EIGENVALUES, 1] / h, table[EIGENVALUES, 2] / h
     for i in range(n):
         for j in range(n):
@@ -256,7 +286,7 @@ def factor_shifted(partial: Any, h: Any, table: Any, real: Any, pivots: Any, bot
             both[i, j] = -partial[i * n + j]
         real[i, i] += gamma
         both[i, i] += complex(alpha, beta)
-    return bool(factor(real, pivots) and factor(both, pivots_both))
+    return bool(factor(real, s.pivots) and factor(both, s.pivots_both))
 
 
 def basis(k: int, x: Any, table: Any) -> Any:
@@ -273,23 +303,25 @@ def between(x: Any, table: Any, z: Any, i: int) -> Any:
     return basis(0, x, table) * z[0, i] + basis(1, x, table) * z[1, i] + basis(2, x, table) * z[2, i]
 
 
-def is_smooth(h: Any, table: Any, weight: Any, start: Any, z: Any, norm: Any) -> bool:
+def is_smooth(s: RadauData, h: Any, norm: Any) -> bool:
     """Whether the polynomial is as accurate within the step as at its end.
 
     Its error follows the fourth derivative, as does the estimate before it is filtered. The filter is 1 if no component
     is stiff, up to h |df/dy| of about gamma. If it reduces the estimate to less than half, the estimate holds only for
     the end of the step.
     """
+    table, weight, z = s.table, s.weight, s.z
     n = DIMENSION or weight.size
     square = 0.0
     for i in range(n):
         weighted = table[ERROR, 0] * z[0, i] + table[ERROR, 1] * z[1, i] + table[ERROR, 2] * z[2, i]
-        square += ((h * start[i] + weighted) * weight[i]) ** 2
+        square += ((h * s.start[i] + weighted) * weight[i]) ** 2
     return bool(sqrt(square / n) <= 2.0 * table[EIGENVALUES, 0] * norm)
 
 
-def guess(last: Any, h: Any, table: Any, before_z: Any, z: Any) -> None:
-    """First values of the stages: the extrapolated polynomial of the last step; 0 in the first step."""
+def guess(s: RadauData, h: Any, last: Any, before_z: Any) -> None:
+    """First values of the stages: the extrapolated polynomial of the last step, of that size; 0 in the first step."""
+    table, z = s.table, s.z
     n = DIMENSION or z.shape[1]
     ratio = h / last if last > 0.0 else 0.0
     for j in range(3):
@@ -302,15 +334,13 @@ def guess(last: Any, h: Any, table: Any, before_z: Any, z: Any) -> None:
                 z[j, i] = a * before_z[0, i] + b * before_z[1, i] + c * before_z[2, i]
 
 
-def newton(
-    f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, tolerance: Any, x: Any, slopes: Any, weight: Any,
-    real: Any, pivots: Any, both: Any, pivots_both: Any, right: Any, pair: Any, w: Any, z: Any,
-) -> int:  # fmt: skip
+def newton(s: RadauData, t: Any, h: Any, tolerance: Any) -> int:
     """Simplified Newton iteration for the stages z, from their first values.
 
     Returns the number of iterations, 0 if it failed. The rate at which changes shrink gives an estimate of the
     remaining error. The iteration ends when this is below `enough` of the tolerance: 3 %, or round-off.
     """
+    table, y, z, w, slopes, right, pair, weight = s.table, s.y, s.z, s.w, s.slopes, s.right, s.pair, s.weight
     n = DIMENSION or y.size
     gamma, alpha, beta = table[EIGENVALUES, 0] / h, table[EIGENVALUES, 1] / h, table[EIGENVALUES, 2] / h
     for j in range(3):
@@ -325,8 +355,8 @@ def newton(
         iteration += 1
         for j in range(3):
             for i in range(n):
-                x[i] = y[i] + z[j, i]
-            call(f, t + table[C, j] * h, x, p, slopes[j])
+                s.error[i] = y[i] + z[j, i]
+            call(s.f, t + table[C, j] * h, s.error, s.p, slopes[j])
             if not is_finite(slopes[j]):
                 return 0
         for i in range(n):
@@ -335,8 +365,8 @@ def newton(
             u = table[BACK + 1, 0] * a + table[BACK + 1, 1] * b + table[BACK + 1, 2] * c
             v = table[BACK + 2, 0] * a + table[BACK + 2, 1] * b + table[BACK + 2, 2] * c
             pair[i] = complex(u - (alpha * w[1, i] - beta * w[2, i]), v - (beta * w[1, i] + alpha * w[2, i]))
-        substitute(real, pivots, right)
-        substitute(both, pivots_both, pair)
+        substitute(s.real, s.pivots, right)
+        substitute(s.both, s.pivots_both, pair)
         square = 0.0
         for i in range(n):
             w[0, i] += right[i]
@@ -366,29 +396,30 @@ def newton(
     return 0
 
 
-def estimate(
-    f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, weight: Any, x: Any, slope: Any, start: Any,
-    real: Any, pivots: Any, z: Any, error: Any, rejected: bool, steps: int,
-) -> float:  # fmt: skip
-    """The error of the embedded formula of order 3 over the tolerance, filtered by the real system (IV.8.19-20)."""
+def estimate(s: RadauData, t: Any, h: Any, twice: bool) -> float:
+    """The error of the embedded formula of order 3 over the tolerance, filtered by the real system (IV.8.19-20).
+
+    `twice`: an estimate above 1 is filtered again, in the first step and after a rejected one.
+    """
+    y, table, z, error = s.y, s.table, s.z, s.error
     n = DIMENSION or y.size
     found = 0.0
     for again in range(2):
         for i in range(n):
-            given = slope[i] if again == 1 else start[i]
+            given = s.slope[i] if again == 1 else s.start[i]
             weighted = table[ERROR, 0] * z[0, i] + table[ERROR, 1] * z[1, i] + table[ERROR, 2] * z[2, i]
             error[i] = given + weighted / h
-        substitute(real, pivots, error)
+        substitute(s.real, s.pivots, error)
         square = 0.0
         for i in range(n):
-            square += (error[i] * weight[i]) ** 2
+            square += (error[i] * s.weight[i]) ** 2
         found = sqrt(square / n)
-        if found < 1.0 or again == 1 or not (rejected or steps == 0):
+        if found < 1.0 or again == 1 or not twice:
             break
         # While a fast mode has not decayed, the estimate is too large; the second evaluation damps it.
         for i in range(n):
-            x[i] = y[i] + error[i]
-        call(f, t, x, p, slope)
+            s.x[i] = y[i] + error[i]
+        evaluate(s, t)
     return found
 
 
