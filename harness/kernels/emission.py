@@ -11,8 +11,9 @@ import hashlib
 import inspect
 import math
 import traceback
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from functools import cache
+from itertools import islice
 from pathlib import Path
 from types import BuiltinFunctionType, FunctionType, ModuleType, SimpleNamespace
 from typing import Any
@@ -261,7 +262,8 @@ def fingerprint(function: Callable[..., Any], replaced: Mapping[str, Any] | None
             if value not in seen and not value.__module__.startswith(f"{__package__}."):  # these are in `emitter`
                 seen[value] = ""
                 used = {name: (replaced or {}).get(name, x) for name, x in uses(value).items()}
-                parts = [rewriting.source_of(value), repr(value.__defaults__)]
+                records = [visit(kind) for kind in value.__annotations__.values() if hasattr(kind, "_fields")]
+                parts = [rewriting.source_of(value), repr(value.__defaults__), *records]
                 if value.__name__ == "<lambda>":  # the source may have several
                     parts.append(repr([place[2:] for place in value.__code__.co_positions()]))
                 parts += [f"{name} = {visit(x)}" for name, x in used.items()]
@@ -306,6 +308,15 @@ def emitter() -> str:
 
 
 # Entries ---------------------------------------------------------------------------------------------------------------
+
+
+def gather(plain: Callable[..., Any], values: Iterable[Any]) -> Iterator[Any]:
+    """The arguments of a function from a row of values: a parameter whose annotation is a record takes all its fields."""
+    left = iter(values)
+    for parameter in inspect.signature(plain).parameters.values():
+        fields = getattr(parameter.annotation, "_fields", None)
+        yield next(left) if fields is None else parameter.annotation(*islice(left, len(fields)))
+
 
 WORDS = {"float": REAL, "int": INTEGER, "bool": TRUTH}
 

@@ -311,7 +311,8 @@ def function(
 
     def emit() -> None:
         translation = emission.Translation(replaced, inlined)
-        emission.define("compiled", signature, translation.inline(plain), result)
+        body = translation.inline(plain)
+        emission.define("compiled", signature, lambda *values: body(*emission.gather(plain, values)), result)
         define_entry("entry", signature, "compiled", result)
 
     found = code(key, ("entry",), emit)

@@ -2,7 +2,7 @@
 name, and those OUTSIDE it, in which a comment says how the refusal of its line begins."""
 
 from math import cos, exp, sin, sqrt
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -138,9 +138,30 @@ def nested(x: Any, n: int, a: float) -> float:
     return float(total + work[LIMIT - 1, 0])
 
 
+class Line(NamedTuple):
+    x: Any
+    slope: float
+    spare: Any
+    work: Any
+
+
+def add_up(line: Line, n: int) -> float:
+    total = 0.0
+    for i in range(n % line.x.size):
+        line.work[0] += line.slope * line.x[i]
+        total += line.work[0]
+    return total
+
+
+def records(x: Any, n: int, a: float) -> float:
+    line = Line(x, a, np.zeros(1), np.zeros(2))
+    steeper = line._replace(slope=2.0 * a, work=line.work[1:])
+    return add_up(line, n) - add_up(steeper, n) + line.work[1] + steeper.slope
+
+
 INSIDE = (
     branches, loops, returns, integers, chained, guarded, extremes, powers, functions, arrays, tuples, complexes, slices,
-    nested,
+    nested, records,
 )  # fmt: skip
 
 

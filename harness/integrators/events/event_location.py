@@ -1,6 +1,7 @@
 """Event location: the length of an explicit Runge-Kutta step at which a guard crosses zero, by root finding."""
 
 from math import sqrt
+from typing import Any, NamedTuple
 
 from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.integrators.base.stepping import call
@@ -14,24 +15,44 @@ ERROR_5, ERROR_3 = 16, 17
 """Rows of the table of DOP853 with the weights of its error estimates."""
 
 
-def part(parts: int, k: int, t: float, y: Floats, p: Floats, out: Floats) -> None:
-    """Evaluate function k of a hybrid form into `out`; `parts`: the address of its functions (see `compile_parts`)."""
+class EventData(NamedTuple):
+    """The equations, numbers and arrays of a step that may end at an event."""
+
+    parts: Any
+    """The address of the functions of the hybrid form, see `compile_parts`."""
+    p: Floats
+    table: Floats
+    """Rows: c_j, a_j1, ... for each stage, then 1, b_1, ..."""
+    stages: int
+    y: Floats
+    """The state at the start of the step."""
+    end: Floats
+    """The state at the end of the step."""
+    x: Floats
+    """The arguments or the result of a function of the form."""
+    k: Floats
+    """The slopes of the stages."""
+    there: Floats
+    slope: Floats
+    """The state, and its slope, within the step."""
+
+
+def part(s: EventData, k: int, t: float, y: Floats, out: Floats) -> None:
+    """Evaluate function k of a hybrid form into `out`."""
     out[0] = k
-    call(parts, t, y, p, out)
+    call(s.parts, t, y, s.p, out)
 
 
-def one_step(
-    parts: int, mode: int, t: float, h: float, y: Floats, p: Floats, table: Floats, stages: int, x: Floats, k: Floats,
-    out: Floats,
-) -> None:  # fmt: skip
-    """One explicit Runge-Kutta step. Rows of `table`: c_j, a_j1, ... for each stage, then 1, b_1, ..."""
+def one_step(s: EventData, mode: int, t: float, h: float, out: Floats) -> None:
+    """One explicit Runge-Kutta step; the state at its end goes to `out`."""
+    table, stages, y, x, k = s.table, s.stages, s.y, s.x, s.k
     for j in range(stages):
         for i in range(y.size):
             total = 0.0
             for n in range(j):
                 total += table[j, n + 1] * k[n, i]
             x[i] = y[i] + h * total
-        part(parts, mode, t + table[j, 0] * h, x, p, k[j])
+        part(s, mode, t + table[j, 0] * h, x, k[j])
     for i in range(y.size):
         total = 0.0
         for n in range(stages):
@@ -39,18 +60,16 @@ def one_step(
         out[i] = y[i] + h * total
 
 
-def guard_after(
-    parts: int, guard: int, mode: int, t: float, h: float, y: Floats, p: Floats, table: Floats, stages: int,
-    x: Floats, k: Floats, out: Floats,
-) -> float:  # fmt: skip
+def guard_after(s: EventData, guard: int, mode: int, t: float, h: float, out: Floats) -> float:
     """A guard's value at the end of a step; the state there goes to `out`."""
-    one_step(parts, mode, t, h, y, p, table, stages, x, k, out)
-    part(parts, guard, t + h, out, p, x)
-    return float(x[0])
+    one_step(s, mode, t, h, out)
+    part(s, guard, t + h, out, s.x)
+    return float(s.x[0])
 
 
-def step_error(h: float, table: Floats, stages: int, k: Floats, inverse: Floats) -> float:
+def step_error(s: EventData, h: float, inverse: Floats) -> float:
     """The norm of the estimated error of a step, relative to `sizes` (Hairer, Norsett, Wanner II.10.17)."""
+    table, stages, k = s.table, s.stages, s.k
     fifth, third = 0.0, 0.0
     for i in range(inverse.size):
         a, b = 0.0, 0.0
@@ -64,20 +83,17 @@ def step_error(h: float, table: Floats, stages: int, k: Floats, inverse: Floats)
     return float(h * fifth / sqrt((fifth + 0.01 * third) * inverse.size))
 
 
-def locate(
-    parts: int, guard: int, mode: int, t: float, h: float, before: float, after: float, y: Floats, p: Floats,
-    table: Floats, stages: int, x: Floats, k: Floats, out: Floats,
-) -> float:  # fmt: skip
+def locate(s: EventData, guard: int, mode: int, t: float, h: float, before: float, after: float) -> float:
     """The step length in (0, h] at which a guard crosses zero, to round-off (Chandrupatla 1997).
 
     `before` >= 0 and `after` <= 0 are the guard's values at the steps 0 and h. A guard that is zero at 0 rises first: the
-    bracket is halved until the guard is positive at its lower end. `one_step` computes the states in between from y; the
-    state at the last step that was tried is left in `out`.
+    bracket is halved until the guard is positive at its lower end. The state at the last step that was tried is left in
+    `s.end`.
     """
     low, high = 0.0, h
     while before <= 0.0:
         middle = 0.5 * (low + high)
-        value = guard_after(parts, guard, mode, t, middle, y, p, table, stages, x, k, out)
+        value = guard_after(s, guard, mode, t, middle, s.end)
         if value > 0.0:
             low, before = middle, value
         else:
@@ -89,7 +105,7 @@ def locate(
     fraction = 0.5
     for _ in range(200):
         now = a + fraction * (b - a)
-        value = guard_after(parts, guard, mode, t, now, y, p, table, stages, x, k, out)
+        value = guard_after(s, guard, mode, t, now, s.end)
         if (value > 0.0) == (fa > 0.0):
             c, fc = a, fa
         else:
@@ -111,20 +127,18 @@ def locate(
     return a
 
 
-def dip(
-    parts: int, guard: int, mode: int, t: float, h: float, before: float, after: float, y: Floats, end: Floats,
-    p: Floats, table: Floats, stages: int, x: Floats, k: Floats, there: Floats, slope: Floats,
-) -> float:  # fmt: skip
+def dip(s: EventData, guard: int, mode: int, t: float, h: float, before: float, after: float) -> float:
     """A step length in (0, h) at which a guard that is positive at both ends is not positive; 0 if there is none.
 
     A guard that falls at the start of a step and rises at its end has a minimum in between, which cubic interpolation
     brackets. Steps are evaluated only while the cubic falls below DEEP times its values at the ends.
     """
-    low, low_value, low_slope = 0.0, before, guard_slope(parts, guard, t, h, y, before, k[0], p, x, there)
+    there, slope = s.there, s.slope
+    low, low_value, low_slope = 0.0, before, guard_slope(s, guard, t, h, s.y, before, s.k[0], there)
     if not low_slope < 0.0:
         return 0.0
-    part(parts, mode, t + h, end, p, slope)
-    high, high_value, high_slope = h, after, guard_slope(parts, guard, t + h, h, end, after, slope, p, x, there)
+    part(s, mode, t + h, s.end, slope)
+    high, high_value, high_slope = h, after, guard_slope(s, guard, t + h, h, s.end, after, slope, there)
     if not high_slope > 0.0:
         return 0.0
     for _ in range(MOST_TRIALS):
@@ -137,27 +151,26 @@ def dip(
         now = low + u * width
         if not (lowest <= DEEP * min(low_value, high_value) and low < now < high):
             return 0.0
-        value = guard_after(parts, guard, mode, t, now, y, p, table, stages, x, k, there)
+        value = guard_after(s, guard, mode, t, now, there)
         if value <= 0.0:
             return now
         if abs(value - lowest) <= 0.1 * value:
             return 0.0
-        part(parts, mode, t + now, there, p, slope)
-        found = guard_slope(parts, guard, t + now, h, there, value, slope, p, x, slope)
-        if found < 0.0:
-            low, low_value, low_slope = now, value, found
+        part(s, mode, t + now, there, slope)
+        rate = guard_slope(s, guard, t + now, h, there, value, slope, slope)
+        if rate < 0.0:
+            low, low_value, low_slope = now, value, rate
         else:
-            high, high_value, high_slope = now, value, found
+            high, high_value, high_slope = now, value, rate
     return 0.0
 
 
 def guard_slope(
-    parts: int, guard: int, t: float, h: float, y: Floats, value: float, slope: Floats, p: Floats, x: Floats,
-    there: Floats,
-) -> float:  # fmt: skip
+    s: EventData, guard: int, t: float, h: float, y: Floats, value: float, slope: Floats, there: Floats
+) -> float:
     """The rate of a guard along the motion, by a difference over a millionth of a step. `there` may be `slope`."""
     small = h * 2.0**-20
     for i in range(y.size):
         there[i] = y[i] + small * slope[i]
-    part(parts, guard, t + small, there, p, x)
-    return float(x[0] - value) / small
+    part(s, guard, t + small, there, s.x)
+    return float(s.x[0] - value) / small

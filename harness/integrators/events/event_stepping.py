@@ -23,6 +23,8 @@ the target of a transition whose target is a Python function, at FULL it enlarge
 
 from collections.abc import Callable
 from functools import cache
+from itertools import chain
+from typing import NamedTuple
 
 import numpy as np
 from gnomon.harness.contract.accumulation import MOST_RAPID
@@ -38,7 +40,15 @@ from gnomon.harness.integrators.base.sizes import (
     size_by_power,
 )
 from gnomon.harness.integrators.base.stepping import compile_whole
-from gnomon.harness.integrators.events.event_location import dip, guard_after, locate, one_step, part, step_error
+from gnomon.harness.integrators.events.event_location import (
+    EventData,
+    dip,
+    guard_after,
+    locate,
+    one_step,
+    part,
+    step_error,
+)
 from numpy.typing import NDArray
 
 Integers = NDArray[np.int64]
@@ -64,25 +74,63 @@ MOST_STEPS = 5_000_000
 """With error control: with more steps the tolerance is too small for the span, or the equations are stiff."""
 
 
-def run(
-    parts: int, p: Floats, table: Floats, stages: int, h: float, tolerance: float,
-    modes: int, source: Integers, target: Integers, limit: Integers, settle: float,
-    y: Floats, clock: Floats, where: Integers, since: Floats, groups: Integers, sizes: Floats,
-    times: Floats, out: Floats, event_times: Floats, event_kinds: Integers,
-) -> int:  # fmt: skip
-    """Integrate one trajectory from the point given by `y`, `clock`, `where`, `since`; returns the final state.
+class Machine(NamedTuple):
+    """A hybrid form: its compiled functions, modes and transitions."""
 
-    `parts`: address of the compiled functions of the form; the first `modes` of them are its right-hand sides.
-    `tolerance` 0: fixed steps, the nearest to h that divide the sampling interval; else the step size is controlled,
-    and steps end at the samples. `source`, `target`, `limit`: for each transition the mode before it, the mode after it
-    (-1 if Python must give it), and its limit mode (-1 if it has none). `since`: the time since each transition last
-    fired. `groups`: see `sizes`.
+    parts: int
+    """Address of the compiled functions of the form; the first `modes` of them are its right-hand sides."""
+    p: Floats
+    modes: int
+    source: Integers
+    """For each transition the mode before it."""
+    target: Integers
+    """For each transition the mode after it; -1 if Python must give it."""
+    limit: Integers
+    """For each transition its limit mode; -1 if it has none."""
+    settle: float
+    groups: Integers
+    """See `sizes`."""
 
-    It is one function, as with a function for each state, inlined or not, numba counts references to the arrays in each
-    step.
-    """
+
+class Method(NamedTuple):
+    """An explicit Runge-Kutta method, and its step size or tolerance."""
+
+    table: Floats
+    stages: int
+    h: float
+    tolerance: float
+    """0: fixed steps, the nearest to h that divide the sampling interval; else the step size is controlled."""
+
+
+class Point(NamedTuple):
+    """The point that a motion has reached."""
+
+    y: Floats
+    clock: Floats
+    where: Integers
+    since: Floats
+    """The time since each transition last fired."""
+    sizes: Floats
+
+
+class Samples(NamedTuple):
+    """The times of samples, at which steps end, and arrays for states and events."""
+
+    times: Floats
+    out: Floats
+    event_times: Floats
+    event_kinds: Integers
+
+
+def run(machine: Machine, method: Method, point: Point, samples: Samples) -> int:
+    """Integrate one trajectory from a point; returns the final state."""
+    parts, p, modes, source, target, limit, settle, groups = machine
+    table, stages, h, tolerance = method
+    y, clock, where, since, sizes = point
+    times, out, event_times, event_kinds = samples
     x, end, k = np.empty(y.size), np.empty(y.size), np.empty((stages, y.size))
     there, slope, inverse = np.empty(y.size), np.empty(y.size), np.empty(y.size)
+    s = EventData(parts, p, table, stages, y, end, x, k, there, slope)
     young = np.zeros((YOUNG, y.size))
     moved, fresh = False, where[STEPS] == 0
     invert(groups, sizes, inverse)
@@ -120,7 +168,7 @@ def run(
         if state == CHOSEN:  # evaluate the guards of the mode at the start of the step; -1: ignored in this step
             for g in range(transitions):
                 if source[g] == mode:
-                    part(parts, guards + g, t, y, p, x)
+                    part(s, guards + g, t, y, x)
                     value = x[0]
                     if np.isnan(value):
                         return NOT_FINITE
@@ -128,15 +176,15 @@ def run(
                         value = 0.0  # on the guard, up to the round-off of the event just located
                     elif where[STATE] == START and value == 0.0:
                         # At the start of the motion a guard that is zero counts only if it first increases.
-                        one_step(parts, mode, t, length * 2.0**-20, y, p, table, stages, x, k, end)
-                        part(parts, guards + g, t, end, p, x)
+                        one_step(s, mode, t, length * 2.0**-20, end)
+                        part(s, guards + g, t, end, x)
                         value = 0.0 if x[0] > 0.0 else -1.0
                     elif value == 0.0:
                         value = -1.0
                     before[g] = value
             state = ARMED
         if state == ARMED:  # attempt the step; with too large an error return to the state before it
-            one_step(parts, mode, t, length, y, p, table, stages, x, k, end)
+            one_step(s, mode, t, length, end)
             if tolerance > 0.0:
                 if fresh:
                     for i in range(y.size):
@@ -145,7 +193,7 @@ def run(
                 elif moved:
                     invert(groups, sizes, inverse)
                 moved = size_by_end(length, end, groups, inverse, young)
-                error = step_error(length, table, stages, k, inverse) / tolerance
+                error = step_error(s, length, inverse) / tolerance
                 if not error <= 1.0:
                     clock[NEXT] = length * (max(0.2, 0.9 * error ** (-1 / 8)) if error < np.inf else 0.1)
                     if moved:
@@ -169,25 +217,21 @@ def run(
             fired, first = -1, length
             for g in range(transitions):
                 if source[g] == mode and before[g] >= 0.0:
-                    part(parts, guards + g, t + length, end, p, x)
+                    part(s, guards + g, t + length, end, x)
                     after, last = x[0], length
                     if np.isnan(after):
                         return NOT_FINITE
                     if after > 0.0 and before[g] > 0.0:
-                        last = dip(
-                            parts, guards + g, mode, t, length, before[g], after, y, end, p, table, stages, x, k, there, slope
-                        )  # fmt: skip
+                        last = dip(s, guards + g, mode, t, length, before[g], after)
                         if last > 0.0:
-                            after = guard_after(parts, guards + g, mode, t, last, y, p, table, stages, x, k, end)
+                            after = guard_after(s, guards + g, mode, t, last, end)
                     if after < 0.0 or (after == 0.0 and before[g] > 0.0):
-                        found = locate(
-                            parts, guards + g, mode, t, last, before[g], after, y, p, table, stages, x, k, end
-                        )
-                        if fired < 0 or found < first:
-                            fired, first = g, found
-                        one_step(parts, mode, t, length, y, p, table, stages, x, k, end)
+                        root = locate(s, guards + g, mode, t, last, before[g], after)
+                        if fired < 0 or root < first:
+                            fired, first = g, root
+                        one_step(s, mode, t, length, end)
             if fired >= 0:
-                one_step(parts, mode, t, first, y, p, table, stages, x, k, end)
+                one_step(s, mode, t, first, end)
             state = LOCATED
         if state == LOCATED:  # move state and clock to the end of the step
             for i in range(y.size):
@@ -221,13 +265,13 @@ def run(
             where[FIRED] = fired
             if since[fired] <= settle and limit[fired] >= 0:
                 event_kinds[where[COUNT]] = transitions + fired
-                part(parts, limits + fired, t, end, p, y)
+                part(s, limits + fired, t, end, y)
                 where[MODE] = limit[fired]
             else:
                 event_kinds[where[COUNT]] = fired
                 rapid = since[fired] <= settle or since[fired] <= 2.0**-52 * t  # settle may be nan
                 where[RAPID] = where[RAPID] + 1 if rapid else 0
-                part(parts, resets + fired, t, end, p, y)
+                part(s, resets + fired, t, end, y)
                 where[MODE] = target[fired]
             since[fired] = 0.0
             where[COUNT] += 1
@@ -239,10 +283,17 @@ def run(
             state = EVENT
 
 
-SIGNATURE = "int float[1] float[2] int float float int int[1] int[1] int[1] float float[1] float[1] int[1] float[1] int[1] float[1] float[1] float[2] float[1] int[1]"
+SIGNATURE = " ".join((
+    "int float[1] int int[1] int[1] int[1] float int[1]",
+    "float[2] int float float",
+    "float[1] float[1] int[1] float[1] float[1]",
+    "float[1] float[2] float[1] int[1]",
+))  # fmt: skip
+"""The fields of the records that `run` takes."""
 
 
 @cache
 def compile_run() -> Callable[..., int]:
     """The compiled `run`, one function for all cases."""
-    return compile_whole(run, SIGNATURE)
+    compiled = compile_whole(run, SIGNATURE)
+    return lambda *records: compiled(*chain.from_iterable(records))

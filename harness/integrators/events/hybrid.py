@@ -52,27 +52,24 @@ class EventRungeKutta(Integrator):
             check_tolerance(setting)
         run = event_stepping.compile_run()
         parts = event_functions.compile_parts(form, problem.dimension, len(problem.parameters))
-        table, stages = tabulate(self.tableau.rows), len(self.tableau.a)
         h, tolerance = (setting, 0.0) if fixed else (0.1 * problem.time_scale, setting)
         modes, transitions, names = Modes(form), form.transitions, event_names(form)
-        parameters, groups = tuple(problem.parameters.tolist()), problem.grouping
+        parameters = tuple(problem.parameters.tolist())
+        ends = modes.source, modes.target, modes.limit
+        machine = event_stepping.Machine(parts, buffer, len(form.modes), *ends, form.settle, problem.grouping)
+        method = event_stepping.Method(tabulate(self.tableau.rows), len(self.tableau.a), h, tolerance)
 
         def trajectory(start: Floats, out: Floats) -> tuple[int, str | None, list[tuple[float, str]]]:
             y, since = start.copy(), np.full(len(transitions), np.inf)
-            sizes = np.zeros(problem.dimension)
             clock = np.zeros(event_stepping.NUMBERS)
             clock[event_stepping.NEXT], clock[event_stepping.MOST] = self.first_step or h, self.max_step
             where = np.zeros(event_stepping.FIELDS, dtype=np.int64)
             where[event_stepping.STATE] = event_stepping.START
             where[event_stepping.MODE] = modes.of(form.start(0.0, tuple(y.tolist()), parameters))
+            point = event_stepping.Point(y, clock, where, since, np.zeros(problem.dimension))
             found, kinds = np.empty(64), np.empty(64, dtype=np.int64)
             while True:
-                state = run(
-                    parts, buffer, table, stages, h, tolerance,
-                    len(form.modes), modes.source, modes.target, modes.limit, form.settle,
-                    y, clock, where, since, groups, sizes,
-                    times, out, found, kinds,
-                )  # fmt: skip
+                state = run(machine, method, point, event_stepping.Samples(times, out, found, kinds))
                 if state == event_stepping.ASK:
                     transition = transitions[where[event_stepping.FIRED]]
                     t = float(found[where[event_stepping.COUNT] - 1])

@@ -6,6 +6,7 @@ import importlib
 import subprocess
 import sys
 import threading
+from collections import namedtuple
 from collections.abc import Callable
 from math import hypot, log
 from pathlib import Path
@@ -184,6 +185,27 @@ def test_a_change_of_what_a_function_uses_changes_its_key(monkeypatch: pytest.Mo
     other = emission.fingerprint(subset_functions.loops)
     monkeypatch.setattr(subset_functions, "helper", subset_functions.early)
     assert emission.fingerprint(subset_functions.loops) != other
+
+
+def test_the_fields_of_a_record_are_in_the_key(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of one that a function makes and of one that it is given: fields of one kind in another order make other code."""
+    swapped = namedtuple("Line", reversed(subset_functions.Line._fields))  # type: ignore[misc]
+    for function in (subset_functions.records, subset_functions.add_up):
+        before = emission.fingerprint(function)
+        with monkeypatch.context() as patched:
+            patched.setattr(subset_functions, "Line", swapped)
+            patched.setitem(subset_functions.add_up.__annotations__, "line", swapped)
+            assert emission.fingerprint(function) != before
+
+
+def sum_of_fields(line: subset_functions.Line, n: int) -> float:
+    return float(line.x[0] + line.slope * n - line.spare[0] / line.work[1])
+
+
+def test_a_record_of_arguments_is_given_field_by_field() -> None:
+    call = machine.function(sum_of_fields, "float[1] float float[1] float[1] int", ir.REAL)
+    line = subset_functions.Line(np.array([1.0]), 2.0, np.array([3.0]), np.array([4.0, 5.0]))
+    assert call(*line, 6) == pytest.approx(sum_of_fields(line, 6))
 
 
 def test_a_key_names_the_source_that_is_compiled(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

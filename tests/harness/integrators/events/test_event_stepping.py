@@ -1,6 +1,5 @@
 """The state machine of event stepping is the one of the diagram in its docstring. Uncompiled, in plain Python."""
 
-import inspect
 import math
 import re
 import sys
@@ -19,7 +18,6 @@ STATES = (
     "START", "SMOOTH", "EVENT", "CHOSEN", "ARMED", "STEPPED", "LOCATED", "CROSSED",
     "DONE", "ASK", "FULL", "NOT_FINITE", "STEP_TOO_SMALL", "TOO_MANY_STEPS", "ACCUMULATED",
 )  # fmt: skip
-WHERE = list(inspect.signature(event_stepping.run).parameters).index("where")
 NAMES = {getattr(event_stepping, name): name for name in STATES}
 
 
@@ -113,8 +111,8 @@ def seen(monkeypatch: pytest.MonkeyPatch) -> set[tuple[str, str]]:
     """Fills with the changes of state, while the machine runs as plain Python: (before, after)."""
     edges: set[tuple[str, str]] = set()
 
-    def run(*arguments: Any) -> int:
-        last = int(arguments[WHERE][event_stepping.STATE])
+    def run(machine: Any, method: Any, point: event_stepping.Point, samples: Any) -> int:
+        last = int(point.where[event_stepping.STATE])
 
         def inside(frame: FrameType, event: str, argument: Any) -> Any:
             nonlocal last
@@ -126,7 +124,7 @@ def seen(monkeypatch: pytest.MonkeyPatch) -> set[tuple[str, str]]:
 
         sys.settrace(lambda frame, event, argument: inside if frame.f_code is event_stepping.run.__code__ else None)
         try:
-            return event_stepping.run(*arguments)
+            return event_stepping.run(machine, method, point, samples)
         finally:
             sys.settrace(before)
 

@@ -12,7 +12,7 @@ from gnomon.cases.core.forms import Hybrid, Mode, Transition, Values
 from gnomon.harness.adapters import scipy_events
 from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solution
 from gnomon.harness.contract.problem import problem_of
-from gnomon.harness.integrators.events.event_location import ERROR_3, ERROR_5, step_error
+from gnomon.harness.integrators.events.event_location import ERROR_3, ERROR_5, EventData, step_error
 from gnomon.harness.integrators.events.hybrid import Dop853Events, EulerEvents, RK4Events
 from gnomon.harness.measuring.events import score_events
 from gnomon.reference.numerics.precision import exact
@@ -340,7 +340,9 @@ def test_the_estimates_of_dop853_are_combined_as_its_authors_do(dimension: int, 
     def estimate(third: float, size: int) -> float:
         table = np.zeros((ERROR_3 + 1, 3))
         table[ERROR_5, 1:], table[ERROR_3, 1:] = (1e-9, 2e-9), (third * 1e-9, third * 2e-9)
-        return step_error(0.5, table, 2, np.ones((2, size)), np.ones(size))
+        none = np.empty(0)
+        data = EventData(0, none, table, 2, none, none, none, np.ones((2, size)), none, none)
+        return step_error(data, 0.5, np.ones(size))
 
     assert estimate(ratio, dimension) == pytest.approx(estimate(0.0, 1) / np.sqrt(1 + 0.01 * ratio**2))
 
