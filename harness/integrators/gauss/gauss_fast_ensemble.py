@@ -34,7 +34,9 @@ from gnomon.harness.integrators.gauss.gauss_fast_control import (
 )
 from gnomon.harness.integrators.gauss.gauss_fast_layout import Equations
 from gnomon.harness.integrators.gauss.gauss_fast_stages import (
+    Accuracy,
     Numbers,
+    Start,
     Vectors,
     add_exactly,
     convergence,
@@ -146,16 +148,17 @@ def advance_eight(
             for x in scale:
                 most = larger(most, slope_roundoff / x)
             step_noise = noise * max(1.0, h * highest(most) / (TUNING.roundings * constants.ROUNDOFF))
-            rounds, rate = eight_stages(
-                equations, places, t, h, y, compensation, k, table, work, change_weight, allowed_change, step_noise,
-                TUNING.best_rate_finest if last > 0.0 else 1.0, old, places.onward if last > 0.0 else places.fresh, new,
-            )  # fmt: skip
+            start = Start(t, h, y, compensation)
+            assumed_rate = TUNING.best_rate_finest if last > 0.0 else 1.0
+            accuracy = Accuracy(change_weight, allowed_change, step_noise, assumed_rate, False)
+            matrix = places.onward if last > 0.0 else places.fresh
+            rounds, rate = eight_stages(equations, places, start, k, table, work, accuracy, old, matrix, new)
             evaluations += abs(rounds)
             if rounds < 0:
                 wanted_step, steps_left, rejected = TUNING.shrink * h, 0.0, True
                 continue
 
-            change, sizes, worst = end_of_step(equations, h, y, compensation, table, work, new, scale, slope_roundoff)
+            change, sizes, worst = end_of_step(equations, start, table, work, new, scale, slope_roundoff)
             worst *= TUNING.error_factor * h / (tolerance * fine_ratio**4)
             grow = TUNING.safety / root_15(max(worst, constants.TINY))
             if not worst <= 1.0:
@@ -261,8 +264,7 @@ def scales(
 
 
 def eight_stages(
-    equations: Equations, places: Work, t: float, h: float, y: Vectors, compensation: Vectors, k: Numbers, table: Table,
-    work: Table, change_weight: Vectors, allowed_change: float, noise: float, assumed_rate: float, source: int,
+    equations: Equations, places: Work, start: Start, k: Numbers, table: Table, work: Table, accuracy: Accuracy, source: int,
     matrix: int, new: int,
 ) -> tuple[int, float]:  # fmt: skip
     """The iteration for eight trajectories (see `gauss_fast_stages`): rounds, and rate of convergence.
@@ -270,14 +272,14 @@ def eight_stages(
     First rows in `work`: `source`, the slopes of the round before, or of the last step in the first round; `matrix`, the
     matrix that gives places from these slopes; `new`, the result.
     """
-    n = equations.count
+    n, change_weight = equations.count, accuracy.change_weight
     before, rate, rounds = 0.0, 0.0, 0
     while True:
-        locate(equations, places, h, y, compensation, table, work, source, matrix)
+        locate(equations, places, start, table, work, source, matrix)
         if equations.derivatives:
-            off, rest = correct_round(equations, places, t, h, k, table, work, change_weight, new)
+            off, rest = correct_round(equations, places, start, k, table, work, change_weight, new)
         else:
-            off, rest = plain_round(equations, places, t, h, k, table, work, change_weight, new), lanes(0.0)
+            off, rest = plain_round(equations, places, start, k, table, work, change_weight, new), lanes(0.0)
         if rounds == 0:
             off = lanes(0.0)
             for i in equations.components:
@@ -290,10 +292,14 @@ def eight_stages(
             if equations.derivatives:
                 # If the corrections have converged, the error after the round is proportional to the square of the error
                 # before it, and so is the next change: two rounds are usual at fine tolerances.
-                expected = change * max(rate * rate, assumed_rate)
-                done = expected <= allowed_change and rate < TUNING.slow and highest(rest) <= allowed_change
+                expected = change * max(rate * rate, accuracy.assumed_rate)
+                done = (
+                    expected <= accuracy.allowed_change
+                    and rate < TUNING.slow
+                    and highest(rest) <= accuracy.allowed_change
+                )
             if not done:
-                done, rounds = convergence(change, rate, rounds, assumed_rate, allowed_change, noise)
+                done, rounds = convergence(change, rate, rounds, accuracy)
         if done:
             break
         before, source, matrix = change, new, places.fresh
@@ -315,10 +321,10 @@ def stage_vectors(equations: Equations, work: Table, first: int) -> tuple[Vector
 
 
 def locate(
-    equations: Equations, places: Work, h: float, y: Vectors, compensation: Vectors, table: Table, work: Table,
-    source: int, matrix: int,
-) -> None:  # fmt: skip
+    equations: Equations, places: Work, start: Start, table: Table, work: Table, source: int, matrix: int
+) -> None:
     """The places and velocities of the stages and, for corrections, their rounding residuals."""
+    _, h, y, compensation = start
     n, hh = equations.count, lanes(h)
     step = hh * hh if equations.second_order else hh
     r = stage_vectors(equations, work, source)
@@ -341,25 +347,25 @@ def locate(
 
 
 def slopes_of_stage(
-    equations: Equations, places: Work, t: float, h: float, k: Numbers, table: Table, work: Table, j: int
+    equations: Equations, places: Work, start: Start, k: Numbers, table: Table, work: Table, j: int
 ) -> Vectors:
     """The slopes of a stage, and the derivatives."""
     n = equations.count
     x = tuple(row(work, places.points + n * j + i) for i in range(n))
     if equations.with_velocity:
         x = (*x, *(row(work, places.points + n * (8 + j) + i) for i in range(n)))
-    found: Vectors = equations.slopes(x, equations.forcing(lanes(t + h * table[constants.NODES, j]), k), k)
-    return found
+    t = start.t + start.h * table[constants.NODES, j]
+    slopes: Vectors = equations.slopes(x, equations.forcing(lanes(t), k), k)
+    return slopes
 
 
 def plain_round(
-    equations: Equations, places: Work, t: float, h: float, k: Numbers, table: Table, work: Table,
-    change_weight: Vectors, new: int,
+    equations: Equations, places: Work, start: Start, k: Numbers, table: Table, work: Table, change_weight: Vectors, new: int
 ) -> Lanes:  # fmt: skip
     """A round without derivatives writes the new slopes and gives their change."""
     n, off = equations.count, lanes(0.0)
     for j in turns(8):
-        g = slopes_of_stage(equations, places, t, h, k, table, work, j)
+        g = slopes_of_stage(equations, places, start, k, table, work, j)
         for i in equations.components:
             off = fma(abs(g[i] - row(work, new + n * j + i)), change_weight[i], off)
             put(work, new + n * j + i, g[i])
@@ -367,8 +373,7 @@ def plain_round(
 
 
 def correct_round(
-    equations: Equations, places: Work, t: float, h: float, k: Numbers, table: Table, work: Table,
-    change_weight: Vectors, new: int,
+    equations: Equations, places: Work, start: Start, k: Numbers, table: Table, work: Table, change_weight: Vectors, new: int
 ) -> tuple[Lanes, Lanes]:  # fmt: skip
     """A round with derivatives J, which correct the new slopes twice: gives the change and that by the second one.
 
@@ -377,20 +382,20 @@ def correct_round(
     """
     n, count = equations.count, len(equations.derivatives)
     for j in turns(8):
-        g = slopes_of_stage(equations, places, t, h, k, table, work, j)
+        g = slopes_of_stage(equations, places, start, k, table, work, j)
         for i in equations.components:
             put(work, places.found + n * j + i, g[i])
         for m, derivative in enumerate(g[n:]):
             put(work, places.derivative + count * j + m, derivative)
     r = stage_vectors(equations, work, places.found)
     for j in turns(8):
-        c = corrections(equations, places, h, table, work, r, j)
+        c = corrections(equations, places, start.h, table, work, r, j)
         for i in equations.components:
             put(work, places.points + n * j + i, row(work, places.found + n * j + i) + c[i])
     r = stage_vectors(equations, work, places.points)
     off, rest = lanes(0.0), lanes(0.0)
     for j in turns(8):
-        c = corrections(equations, places, h, table, work, r, j)
+        c = corrections(equations, places, start.h, table, work, r, j)
         for i in equations.components:
             f = row(work, places.found + n * j + i) + c[i]
             off = fma(abs(f - row(work, new + n * j + i)), change_weight[i], off)
@@ -421,14 +426,14 @@ def corrections(
 
 
 def end_of_step(
-    equations: Equations, h: float, y: Vectors, compensation: Vectors, table: Table, work: Table, new: int,
-    scale: Vectors, slope_roundoff: Lanes,
-) -> tuple[Vectors, Vectors, float]:  # fmt: skip
+    equations: Equations, start: Start, table: Table, work: Table, new: int, scale: Vectors, slope_roundoff: Lanes
+) -> tuple[Vectors, Vectors, float]:
     """The changes of the state, mean sizes of the slopes, and the error of the worst trajectory, up to a factor.
 
     The error is estimated as for single trajectories, from the Legendre coefficients of degree 6 and 7, but without
     sharp turns.
     """
+    _, h, y, compensation = start
     n, zero = equations.count, lanes(0.0)
     speeds: Vectors = ()
     positions: Vectors = ()

@@ -6,7 +6,7 @@ with the eight stages in its eight lanes. The functions run on arrays of NumPy; 
 
 from __future__ import annotations
 
-from typing import TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 from gnomon.harness.integrators.gauss import constants
 from gnomon.harness.integrators.gauss.constants import TUNING
@@ -29,6 +29,30 @@ from gnomon.harness.integrators.gauss.lanes import (
 Vectors = tuple[Lanes, ...]
 Numbers = tuple[float, ...]
 T = TypeVar("T", float, Lanes)
+
+
+class Start(NamedTuple):
+    """The start of a step of length h. Vectors in place of numbers: eight trajectories."""
+
+    t: float
+    h: float
+    y: Any
+    compensation: Any
+    """The part of the sums up to `y` that round-off removed."""
+
+
+class Accuracy(NamedTuple):
+    """The accuracy of the stages of a step. Changes are sums over all stages and components."""
+
+    change_weight: Any
+    """The weight of each component in a change."""
+    allowed_change: float
+    noise: float
+    """The changes that round-off makes."""
+    assumed_rate: float
+    """The least rate of convergence of the next round."""
+    exactly: bool
+    """Whether the residuals of all sums are carried."""
 
 
 def rates(equations: Equations, y: tuple[T, ...]) -> tuple[T, ...]:
@@ -105,20 +129,20 @@ def legendre_of_one(f: Lanes, table: Table) -> Lanes:
 
 
 def stages(
-    equations: Equations, t: float, h: float, y: Numbers, compensation: Numbers, f: Vectors, p: Vectors, v: Vectors,
-    k: Numbers, table: Table, change_weight: Numbers, allowed_change: float, noise: float, assumed_rate: float,
-    expected: float, unmonitored: int, exactly: bool,
+    equations: Equations, start: Start, k: Numbers, table: Table, guess: tuple[Vectors, Vectors, Vectors], accuracy: Accuracy,
+    expected: float, unmonitored: int,
 ) -> tuple[int, float, Vectors, float]:  # fmt: skip
     """Repeat rounds until the expected change of the next round is allowed.
 
-    f: guesses of the slopes; p and v: their sums; k: the numbers of a run. `unmonitored`: number of the first rounds,
-    whose changes are not computed; `expected`: the rate of the round after them, 0 if unknown. `exactly`: whether
-    residuals of all sums are carried.
+    k: the numbers of a run. `guess`: slopes and their sums p and v. `unmonitored`: number of the first rounds, whose
+    changes are not computed; `expected`: the rate of the round after them, 0 if unknown.
 
     Gives rounds (negative if the iteration does not converge), rate of convergence, slopes, and `frequency`. The rate is
-    0 if the changes are round-off. Changes are sums over all stages and components. All rounds use b = q + h c v, with
-    c in two parts, and its rounding residual e.
+    0 if the changes are round-off. All rounds use b = q + h c v, with c in two parts, and its rounding residual e.
     """
+    t, h, y, compensation = start
+    f, p, v = guess
+    exactly = accuracy.exactly
     n = equations.count
     hh = lanes(h)
     w = equations.forcing(fma(hh, row(table, constants.NODES), lanes(t)), k)
@@ -152,12 +176,12 @@ def stages(
         if rounds > unmonitored:
             off = lanes(0.0)
             for i in equations.components:
-                off = fma(abs(new[i] - f[i]), lanes(change_weight[i]), off)
+                off = fma(abs(new[i] - f[i]), lanes(accuracy.change_weight[i]), off)
             change = total(off)
             if rounds > unmonitored + 1:
                 rate = change / before if before > 0.0 else 0.0
-            if rounds > unmonitored + 1 or expected > 0.0 or (unmonitored > 0 and change <= allowed_change):
-                done, rounds = convergence(change, rate, rounds, assumed_rate, allowed_change, noise)
+            if rounds > unmonitored + 1 or expected > 0.0 or (unmonitored > 0 and change <= accuracy.allowed_change):
+                done, rounds = convergence(change, rate, rounds, accuracy)
             if not done:
                 before = change
         f = new
@@ -167,7 +191,7 @@ def stages(
             x = move_places(equations, equations.groups[-1], hh, b, x, new, table)
         else:
             p, v = sums(equations, f, table, constants.STAGES, constants.ONCE)
-    return rounds, rate if before > noise else 0.0, f, frequency(equations, g, table)
+    return rounds, rate if before > accuracy.noise else 0.0, f, frequency(equations, g, table)
 
 
 def places(equations: Equations, hh: Lanes, b: Vectors, p: Vectors) -> Vectors:
@@ -182,17 +206,15 @@ def velocities(equations: Equations, hh: Lanes, y: Numbers, v: Vectors) -> Vecto
     return tuple(fma(hh, v[i], lanes(y[n + i])) for i in range(n)) if equations.with_velocity else ()
 
 
-def convergence(
-    change: float, rate: float, rounds: int, assumed_rate: float, allowed_change: float, noise: float
-) -> tuple[bool, int]:
+def convergence(change: float, rate: float, rounds: int, accuracy: Accuracy) -> tuple[bool, int]:
     """Decide whether the rounds end. A change d at the rate r leaves an error of d r / (1 - r), here taken as d r.
 
     The next round may converge far more slowly than this one, so r is at least `assumed_rate`. Changes at the level of
     round-off do not shrink. `rounds` becomes negative if the iteration does not converge.
     """
     done = False
-    if (change * max(rate, assumed_rate) <= allowed_change and rate < TUNING.slow) or (
-        change < noise and (rate > TUNING.slow or rounds == constants.MOST_ROUNDS)
+    if (change * max(rate, accuracy.assumed_rate) <= accuracy.allowed_change and rate < TUNING.slow) or (
+        change < accuracy.noise and (rate > TUNING.slow or rounds == constants.MOST_ROUNDS)
     ):
         done = True
     elif not change < constants.MOST_CHANGE or rounds == constants.MOST_ROUNDS or (rounds > 2 and rate > TUNING.slow):

@@ -32,7 +32,9 @@ from gnomon.harness.integrators.gauss.gauss_fast_control import (
 )
 from gnomon.harness.integrators.gauss.gauss_fast_layout import Equations
 from gnomon.harness.integrators.gauss.gauss_fast_stages import (
+    Accuracy,
     Numbers,
+    Start,
     Vectors,
     at,
     legendre_of_one,
@@ -96,11 +98,10 @@ def advance(
         for x in scale[1:]:
             least_scale = min(least_scale, x)
         step_noise = noise * max(1.0, step * (slope_roundoff / least_scale) / (TUNING.roundings * constants.ROUNDOFF))
-        ahead, p, v = guesses(equations, step, last, old, unmonitored, table)
-        rounds, seen_rate, f, square = stages(
-            equations, t, step, y, compensation, ahead, p, v, k, table, change_weight, allowed_change, step_noise,
-            best_rate if t > 0.0 else 1.0, 0.0, unmonitored, exactly,
-        )  # fmt: skip
+        start = Start(t, step, y, compensation)
+        accuracy = Accuracy(change_weight, allowed_change, step_noise, best_rate if t > 0.0 else 1.0, exactly)
+        ahead = guesses(equations, step, last, old, unmonitored, table)
+        rounds, seen_rate, f, square = stages(equations, start, k, table, ahead, accuracy, 0.0, unmonitored)
         evaluations += abs(rounds)
         rate = seen_rate if seen_rate > 0.0 else min(rate, TUNING.fast)
         if rounds < 0:
@@ -140,10 +141,10 @@ def advance(
             while sample < times.size and times[sample] <= after:
                 place = end_state
                 if times[sample] < after:
+                    part = times[sample] - t
                     unsolved, rounds_of_sample, place = sample_at(
-                        equations, times[sample] - t, t, step, y, compensation, monomials, k, table, change_weight,
-                        allowed_change, step_noise, rate, exactly,
-                    )  # fmt: skip
+                        equations, part, start, k, table, monomials, accuracy, rate
+                    )
                     evaluations += rounds_of_sample
                 if unsolved:
                     break
@@ -288,22 +289,22 @@ def has_crossed(beyond: Numbers, sides: Numbers) -> bool:
 
 
 def sample_at(
-    equations: Equations, part: float, t: float, step: float, y: Numbers, compensation: Numbers, monomials: Vectors,
-    k: Numbers, table: Table, change_weight: Numbers, allowed_change: float, noise: float, rate: float, exactly: bool,
+    equations: Equations, part: float, start: Start, k: Numbers, table: Table, monomials: Vectors, accuracy: Accuracy, rate: float
 ) -> tuple[bool, int, Numbers]:  # fmt: skip
     """Compute a sample by a separate step of length `part` from the start of the step: (has failed, rounds, state).
 
     A sample has the order of the end of a step, and the steps do not depend on the samples. The stage polynomial of the
     whole step gives the first guess. A sample has failed if its stages do not converge, although the stages of the step did.
     """
-    x = fma(lanes(part / step), row(table, constants.NODES), lanes(-1.0))
+    x = fma(lanes(part / start.h), row(table, constants.NODES), lanes(-1.0))
     near = tuple(at(m, x) for m in monomials)
     p, v = sums(equations, near, table, constants.STAGES, constants.ONCE)
+    least = TUNING.best_rate_of_sample
+    finer = accuracy._replace(allowed_change=accuracy.allowed_change / TUNING.sample_factor, assumed_rate=least)
     rounds, _rate, near, _square = stages(
-        equations, t, part, y, compensation, near, p, v, k, table, change_weight, allowed_change / TUNING.sample_factor, noise,
-        TUNING.best_rate_of_sample, max(rate, TUNING.best_rate_of_sample), 0, exactly,
-    )  # fmt: skip
-    place, _residual = next_state(equations, part, y, compensation, near, table)
+        equations, start._replace(h=part), k, table, (near, p, v), finer, max(rate, least), 0
+    )
+    place, _residual = next_state(equations, part, start.y, start.compensation, near, table)
     return rounds <= 0, abs(rounds), place
 
 
