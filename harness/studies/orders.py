@@ -223,7 +223,7 @@ def solve_exactly(
         (inputs, outputs), stored = method.shape(form, len(y), len(p))
         x, slope = _zeros(mp, (inputs,)), _zeros(mp, (outputs,))
         store, increment = _zeros(mp, (stored, len(y))), _zeros(mp, (len(y),))
-        s = StepData(f, p, table, y, x, slope, store, increment)
+        s = StepData(f, y, p, table, x, slope, store, increment)
         for k in range(count):
             if not step(s, k * h, h):
                 raise ArithmeticError(f"step {k} of {method.name} could not be made")

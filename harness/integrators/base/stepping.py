@@ -41,12 +41,12 @@ class StepData(NamedTuple):
 
     f: Any
     """The equations: a plain function f(t, x, p), in compiled steps the address of a compiled one."""
+    y: Any
+    """The state at the start of the step, (dim,)."""
     p: Any
     """The parameters of the case."""
     table: Any
     """The coefficients of the method, in rows."""
-    y: Any
-    """The state at the start of the step, (dim,)."""
     x: Any
     """The arguments of the next call of the equations."""
     slope: Any
@@ -113,7 +113,7 @@ def advance(
     dimension = initial.shape[1]
     y, compensation, increment = np.empty(dimension), np.empty(dimension), np.empty(dimension)
     x, slope, store = np.empty(given), np.empty(found), np.empty((rows, dimension))
-    s = StepData(f, p, table, y, x, slope, store, increment)
+    s = StepData(f, y, p, table, x, slope, store, increment)
     x_aside, slope_aside, store_aside = np.empty(given), np.empty(found), np.empty((rows, dimension))
     s_aside = s._replace(x=x_aside, slope=slope_aside, store=store_aside)
     taken = 0

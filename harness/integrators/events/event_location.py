@@ -20,18 +20,18 @@ class EventData(NamedTuple):
 
     parts: Any
     """The address of the functions of the hybrid form, see `compile_parts`."""
+    y: Floats
+    """The state at the start of the step."""
     p: Floats
     table: Floats
     """Rows: c_j, a_j1, ... for each stage, then 1, b_1, ..."""
     stages: int
-    y: Floats
-    """The state at the start of the step."""
-    end: Floats
-    """The state at the end of the step."""
     x: Floats
     """The arguments or the result of a function of the form."""
     k: Floats
     """The slopes of the stages."""
+    end: Floats
+    """The state at the end of the step."""
     there: Floats
     slope: Floats
     """The state, and its slope, within the step."""

@@ -130,7 +130,7 @@ def run(machine: Machine, method: Method, point: Point, samples: Samples) -> int
     times, out, event_times, event_kinds = samples
     x, end, k = np.empty(y.size), np.empty(y.size), np.empty((stages, y.size))
     there, slope, inverse = np.empty(y.size), np.empty(y.size), np.empty(y.size)
-    s = EventData(parts, p, table, stages, y, end, x, k, there, slope)
+    s = EventData(parts, y, p, table, stages, x, k, end, there, slope)
     young = np.zeros((YOUNG, y.size))
     moved, fresh = False, where[STEPS] == 0
     invert(groups, sizes, inverse)

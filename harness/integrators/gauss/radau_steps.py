@@ -49,21 +49,17 @@ class RadauData(NamedTuple):
     """The equations, numbers and arrays of a step. For those that are not explained here see `stepping.StepData`."""
 
     f: Any
+    y: Any
     p: Any
     table: Any
-    y: Any
-    start: Any
-    """The slope at the start of the step."""
     x: Any
-    slope: Any
-    z: Any
-    """The changes of the state up to the stages, (3, dim)."""
-    w: Any
-    """`z` in the eigenvectors of the method's matrix."""
     slopes: Any
     """The slopes at the stages."""
     weight: Any
     """Errors are multiplied by it, in units of the tolerance."""
+    slope: Any
+    start: Any
+    """The slope at the start of the step."""
     error: Any
     real: Any
     """The factors of gamma/h - J, for which `pivots` are."""
@@ -75,6 +71,10 @@ class RadauData(NamedTuple):
     """The right-hand side of the real system."""
     pair: Any
     """The right-hand side of the complex system."""
+    w: Any
+    """`z` in the eigenvectors of the method's matrix."""
+    z: Any
+    """The changes of the state up to the stages, (3, dim)."""
 
 
 SIGNATURE = "int int float[1] float[2] float[2] float[1] float float int[1] float[1] float[3] int[1]"
@@ -108,7 +108,7 @@ def integrate(
     pivots, pivots_both = np.empty(n, dtype=np.int64), np.empty(n, dtype=np.int64)
     young = np.zeros((YOUNG, n))
     s = RadauData(
-        f, p, table, y, start, x, slope, z, w, slopes, weight, error, real, pivots, both, pivots_both, right, pair
+        f, y, p, table, x, slopes, weight, slope, start, error, real, pivots, both, pivots_both, right, pair, w, z
     )
     taken, shortest = 0, SHORTEST * limits[SCALE]
     for m in range(initial.shape[0]):

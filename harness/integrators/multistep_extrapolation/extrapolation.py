@@ -82,7 +82,7 @@ def integrate(
     y, compensation, x, slope = np.empty(dimension), np.empty(dimension), np.empty(dimension), np.empty(dimension)
     before, now = np.empty(dimension), np.empty(dimension)
     first, columns = np.empty((1, dimension)), np.empty((COLUMNS, dimension))
-    s = StepData(f, p, table, y, x, slope, columns, now)
+    s = StepData(f, y, p, table, x, slope, columns, now)
     lengths, work = np.zeros(COLUMNS), np.zeros(COLUMNS)
     sizes, inverse, rough = np.empty(dimension), np.empty(dimension), np.zeros(dimension)
     young = np.zeros((YOUNG, dimension))

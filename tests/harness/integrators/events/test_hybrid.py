@@ -341,7 +341,7 @@ def test_the_estimates_of_dop853_are_combined_as_its_authors_do(dimension: int, 
         table = np.zeros((ERROR_3 + 1, 3))
         table[ERROR_5, 1:], table[ERROR_3, 1:] = (1e-9, 2e-9), (third * 1e-9, third * 2e-9)
         none = np.empty(0)
-        data = EventData(0, none, table, 2, none, none, none, np.ones((2, size)), none, none)
+        data = EventData(0, none, none, table, 2, none, np.ones((2, size)), none, none, none)
         return step_error(data, 0.5, np.ones(size))
 
     assert estimate(ratio, dimension) == pytest.approx(estimate(0.0, 1) / np.sqrt(1 + 0.01 * ratio**2))

@@ -197,7 +197,7 @@ def test_the_rounding_residuals_of_coefficients_are_added(
         )
         arithmetic = mpmath_arithmetic(mp)
         step, f = rebind(stepping.step_for(form), arithmetic), rebind(stepping.equations(form), arithmetic)
-        assert step(StepData(f, (), table, y, x, slope, store, increment), mp.mpf(0), mp.mpf(1))
+        assert step(StepData(f, y, (), table, x, slope, store, increment), mp.mpf(0), mp.mpf(1))
         exact = [1, mp.mpf(1) / 6, 0, mp.mpf(1) / 2] if second_order else [1, mp.mpf(1) / 2]
         # One stage has a weight of 1: it does not integrate t (1 - t), which is of degree 2.
         if second_order and method.stages == 1:
@@ -446,7 +446,7 @@ def test_the_iteration_starts_from_a_polynomial_of_the_last_steps(method: type[G
     times = np.concatenate([c - back for back in range(-1, steps)])
     slopes = np.tile(b, steps + 1) * np.polyval(np.arange(count, 0, -1), times)
     store = np.concatenate([[0.1], slopes[stages:], np.full(stages, np.nan)])[:, np.newaxis]
-    start_stages(StepData(None, (), table, np.zeros(1), np.zeros(1), None, store, None), 0.0, stages)
+    start_stages(StepData(None, np.zeros(1), (), table, np.zeros(1), None, store, None), 0.0, stages)
     # The weights of an extrapolation by a whole step are up to 1e6 with 8 stages.
     np.testing.assert_allclose(store[1 : stages + 1, 0], slopes[:stages], rtol=1e-8)
     np.testing.assert_array_equal(store[stages + 1 :, 0], slopes[stages:])
