@@ -177,10 +177,10 @@ def take_numbers(mp: Any, function: Callable[[Any], Any], parameters: Sequence[A
 
 def round_table(table: Table, double: Callable[[Any], float] = nearest_double) -> Floats:
     """Convert rows of numbers to doubles by `double`, by default from mpmath numbers; zeros fill short rows."""
-    found = np.zeros((len(table), max(map(len, table))))
-    for row, values in zip(found, table, strict=True):
+    rounded = np.zeros((len(table), max(map(len, table))))
+    for row, values in zip(rounded, table, strict=True):
         row[: len(values)] = [double(x) for x in values]
-    return found
+    return rounded
 
 
 def keep_table(name: str, modules: Sequence[str], build: Callable[[], Floats]) -> Floats:

@@ -238,9 +238,8 @@ def integrate(
     young = np.zeros((YOUNG, dimension))
     taken, shortest = 0, SHORTEST * min(times[-1], limits[SCALE])
     for n in range(initial.shape[0]):
-        for i in range(dimension):  # for `y[:] = initial[n]` numba compiles an error message, which takes seconds
-            y[i] = initial[n, i]
-            compensation[i] = 0.0
+        y[:] = initial[n]
+        compensation[:] = 0.0
         t, sample, attempts = 0.0, 0, 0
         h = first_step(s, k, tolerance, min(times[-1], limits[SCALE]), groups)
         if limits[FIRST] > 0.0 and h > 0.0:

@@ -74,9 +74,9 @@ def product(a: Any, b: Any) -> tuple[Any, Any]:
 
 def sum_of(a: Any, b: Any) -> tuple[Any, Any]:
     """a + b, rounded, and its rounding residual (Knuth, The Art of Computer Programming 2, 4.2.2)."""
-    found = a + b
-    part = found - a
-    return found, (a - (found - part)) + (b - part)
+    total = a + b
+    part = total - a
+    return total, (a - (total - part)) + (b - part)
 
 
 @emission.primitive(evaluate)
@@ -95,12 +95,12 @@ def _call_address(f: Any, t: Any, x: Any, p: Any, slope: Any) -> None:
 @emission.primitive(product)
 def _(a: Any, b: Any) -> Any:
     """a * b, rounded and never contracted with a sum, and its rounding residual by a fused operation."""
-    found = ir.exact("mul", a, b)
-    return found, ir.call("llvm.fma.f64", ir.REAL, *(ir.convert(x, ir.REAL) for x in (a, b, -found)))
+    rounded = ir.exact("mul", a, b)
+    return rounded, ir.call("llvm.fma.f64", ir.REAL, *(ir.convert(x, ir.REAL) for x in (a, b, -rounded)))
 
 
 def advance(
-    f: Any, p: Floats, table: Floats, given: int, found: int, rows: int, initial: Floats, times: Floats, h: float,
+    f: Any, p: Floats, table: Floats, inputs: int, outputs: int, rows: int, initial: Floats, times: Floats, h: float,
     substeps: int, compensated: bool, out: Floats, stop: NDArray[np.int64],
 ) -> int:  # fmt: skip
     """Integrate each of `initial` (n, dim) into `out` (n, len(times), dim); returns the number of steps taken.
@@ -112,15 +112,14 @@ def advance(
     """
     dimension = initial.shape[1]
     y, compensation, increment = np.empty(dimension), np.empty(dimension), np.empty(dimension)
-    x, slope, store = np.empty(given), np.empty(found), np.empty((rows, dimension))
+    x, slope, store = np.empty(inputs), np.empty(outputs), np.empty((rows, dimension))
     s = StepData(f, y, p, table, x, slope, store, increment)
-    x_aside, slope_aside, store_aside = np.empty(given), np.empty(found), np.empty((rows, dimension))
+    x_aside, slope_aside, store_aside = np.empty(inputs), np.empty(outputs), np.empty((rows, dimension))
     s_aside = s._replace(x=x_aside, slope=slope_aside, store=store_aside)
     taken = 0
     for n in range(initial.shape[0]):
-        for i in range(dimension):  # for `y[:] = initial[n]` numba compiles an error message, which takes seconds
-            y[i] = initial[n, i]
-            compensation[i] = 0.0
+        y[:] = initial[n]
+        compensation[:] = 0.0
         for i in range(rows):
             for j in range(dimension):
                 store[i, j] = 0.0

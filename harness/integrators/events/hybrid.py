@@ -67,24 +67,26 @@ class EventRungeKutta(Integrator):
             where[event_stepping.STATE] = event_stepping.START
             where[event_stepping.MODE] = modes.of(form.start(0.0, tuple(y.tolist()), parameters))
             point = event_stepping.Point(y, clock, where, since, np.zeros(problem.dimension))
-            found, kinds = np.empty(64), np.empty(64, dtype=np.int64)
+            event_times, kinds = np.empty(64), np.empty(64, dtype=np.int64)
             while True:
-                state = run(machine, method, point, event_stepping.Samples(times, out, found, kinds))
+                state = run(machine, method, point, event_stepping.Samples(times, out, event_times, kinds))
                 if state == event_stepping.ASK:
                     transition = transitions[where[event_stepping.FIRED]]
-                    t = float(found[where[event_stepping.COUNT] - 1])
+                    t = float(event_times[where[event_stepping.COUNT] - 1])
                     lands = transition.lands(t, tuple(y.tolist()), parameters)
                     where[event_stepping.MODE] = modes.of(lands)
-                elif state == event_stepping.FULL and len(found) < MOST_EVENTS:
-                    found, kinds = np.resize(found, 4 * len(found)), np.resize(kinds, 4 * len(kinds))
+                elif state == event_stepping.FULL and len(event_times) < MOST_EVENTS:
+                    event_times, kinds = np.resize(event_times, 4 * len(event_times)), np.resize(kinds, 4 * len(kinds))
                 else:
                     break
             count = where[event_stepping.COUNT]
-            events = zip(found[:count].tolist(), kinds[:count].tolist(), strict=True)
+            events = zip(event_times[:count].tolist(), kinds[:count].tolist(), strict=True)
             sample, steps = where[event_stepping.SAMPLE], int(where[event_stepping.STEPS])
             stopped = None
             if state == event_stepping.ACCUMULATED:
-                stopped = accumulation(form, transitions[where[event_stepping.FIRED]], t0 + float(found[count - 1]))
+                stopped = accumulation(
+                    form, transitions[where[event_stepping.FIRED]], t0 + float(event_times[count - 1])
+                )
             elif state != event_stepping.DONE:
                 stopped = f"{REASONS[state]} before sample {sample + 1}"
             return steps, stopped, [(t0 + time, names[kind]) for time, kind in events]

@@ -191,7 +191,7 @@ def collocation(mp: Any, c: Sequence[Any], order: int) -> ButcherTableau:
 
 def nodes(mp: Any, stages: int) -> list[Any]:
     """The zeros of the shifted Legendre polynomial, by Newton's method from estimates similar to Chebyshev nodes."""
-    found = []
+    zeros = []
     for j in range(1, stages + 1):
         x = -mp.cos(mp.pi * (4 * j - 1) / (4 * stages + 2))
         for _ in range(12):
@@ -199,20 +199,20 @@ def nodes(mp: Any, stages: int) -> list[Any]:
             for n in range(1, stages):
                 previous, value = value, ((2 * n + 1) * x * value - n * previous) / (n + 1)
             x -= value * (x * x - 1) / (stages * (x * value - previous))
-        found.append((1 + x) / 2)
-    return found
+        zeros.append((1 + x) / 2)
+    return zeros
 
 
 def basis(mp: Any, c: Sequence[Any]) -> list[list[Any]]:
     """Coefficients, lowest first, of the polynomials that are 1 at one node and 0 at the other nodes."""
-    found = []
+    polynomials = []
     for j, node in enumerate(c):
         polynomial = [mp.mpf(1)]
         for other in [*c[:j], *c[j + 1 :]]:
             shifted = [mp.mpf(0), *polynomial]
             polynomial = [(s - other * q) / (node - other) for s, q in zip(shifted, [*polynomial, 0], strict=True)]
-        found.append(polynomial)
-    return found
+        polynomials.append(polynomial)
+    return polynomials
 
 
 def integrals(mp: Any, c: Sequence[Any], upper: Any) -> list[Any]:

@@ -96,8 +96,8 @@ class GaussFast(Integrator):
         def one_by_one(initial: Floats, out: Floats, stop: NDArray[np.int64], first: int) -> int:
             taken = 0
             for i in range(len(initial)):
-                one, end = slice(i, i + 1), np.zeros(4, dtype=np.int64)
-                taken += alone(initial[one], out[one], end)
+                end = np.zeros(4, dtype=np.int64)
+                taken += alone(initial[i : i + 1], out[i : i + 1], end)
                 if end[0] and not stop[0]:
                     stop[:3] = end[0], first + i, end[2]
             return taken
@@ -135,17 +135,17 @@ def stiffly(problem: Problem, tolerance: float, initial: Floats) -> Solution | N
     form = first_order(problem.form)  # type: ignore[arg-type]
     problem, finest = replace(problem, form=form), 1e-16  # type: ignore[arg-type]
     try:
-        found = radau.prepare_solver(problem, max(tolerance, finest), 0.0)(initial)
+        solution = radau.prepare_solver(problem, max(tolerance, finest), 0.0)(initial)
         # Only this solution shows which components stay small.
-        sizes = np.max(np.abs(found.states[0]), axis=0)
+        sizes = np.max(np.abs(solution.states[0]), axis=0)
         if max(tolerance, FINEST_SHARE) * np.max(sizes) < finest:
             return None
         smallest = np.min(sizes[sizes > 0], initial=1.0)
-        if smallest < 1 and found.stopped is None:
-            found = radau.prepare_solver(problem, max(tolerance * smallest, finest), 0.0)(initial)
+        if smallest < 1 and solution.stopped is None:
+            solution = radau.prepare_solver(problem, max(tolerance * smallest, finest), 0.0)(initial)
     except Refused:
         return None
-    return found if found.stopped is None else None
+    return solution if solution.stopped is None else None
 
 
 @cache
@@ -161,9 +161,9 @@ def table(second_order: bool, width: float = 0.0) -> Floats:
         with working(DIGITS) as mp:
             return round_table(rows(mp, second_order, width))
 
-    found = keep_table(f"Gauss SIMD, second order: {second_order}, {width:g}", (__name__, gauss.__name__), build)
+    coefficients = keep_table(f"Gauss SIMD, second order: {second_order}, {width:g}", (__name__, gauss.__name__), build)
     whole = lines(SCRATCH + SCRATCH_ROWS)
-    whole[: len(found)] = found
+    whole[: len(coefficients)] = coefficients
     return whole
 
 
@@ -227,17 +227,17 @@ def extrapolation_weights(mp: Any, c: list[Any], width: float) -> list[list[Any]
     near, ahead = (
         mp.matrix([[mp.exp(-((width * (there + x - y)) ** 2) / 2) for y in c] for x in c]) for there in (0, 1)
     )
-    found: list[list[Any]] = (ahead * near**-1).tolist()
-    return found
+    weights: list[list[Any]] = (ahead * near**-1).tolist()
+    return weights
 
 
 def summing(mp: Any, row: Sequence[Any]) -> list[Any]:
     """Round a row to binary64 but keep its sum: to each number the residuals of the larger numbers are added first."""
-    found, left = list(row), mp.mpf(0)
+    rounded, left = list(row), mp.mpf(0)
     for k in sorted(range(len(row)), key=lambda k: -abs(row[k])):
-        found[k] = mp.mpf(nearest_double(row[k] + left))
-        left += row[k] - found[k]
-    return found
+        rounded[k] = mp.mpf(nearest_double(row[k] + left))
+        left += row[k] - rounded[k]
+    return rounded
 
 
 def reason(stop: NDArray[np.int64]) -> str | None:

@@ -45,13 +45,13 @@ def first_length(second_order: bool, end: float, furthest: float, largest: float
 
     `furthest`, `largest`, `fastest`: sizes of positions, of the quantity whose derivatives the slopes are, of slopes.
     """
-    found = TUNING.first_share * end
+    length = TUNING.first_share * end
     if second_order:
         if fastest > 0.0 and furthest + largest > 0.0:
-            found = TUNING.first_share * (largest / fastest + math.sqrt(furthest / fastest))
+            length = TUNING.first_share * (largest / fastest + math.sqrt(furthest / fastest))
     elif fastest > 0.0 and largest > 0.0:
-        found = TUNING.first_share * largest / fastest
-    return min(found, end)
+        length = TUNING.first_share * largest / fastest
+    return min(length, end)
 
 
 def limit_growth(grow: float, rate: float, rounds: int) -> float:
@@ -131,8 +131,8 @@ def choose_frequency(
         equal, more = (0, TUNING.grow_most, equal[2]), 1.0
     if whole:
         steps, shortest, longest, least_stride_8, largest_stride_8 = 0, math.inf, 0.0, math.inf, 0.0
-    found = by_frequency, stride, step_frequency, square, step_variation, windows_to_wait, steps
-    return more, equal, (*found, shortest, longest, least_stride_8, largest_stride_8)
+    by_now = by_frequency, stride, step_frequency, square, step_variation, windows_to_wait, steps
+    return more, equal, (*by_now, shortest, longest, least_stride_8, largest_stride_8)
 
 
 def length_by_frequency(step: float, grow: float, more: float, seen: Frequency) -> tuple[float, Frequency]:
@@ -146,8 +146,8 @@ def length_by_frequency(step: float, grow: float, more: float, seen: Frequency) 
     else:
         most = TUNING.most_frequency_change
         step_frequency = min(max(2 * frequency - step_frequency, frequency / most), most * frequency)
-    found = by_frequency, stride, step_frequency, norm, *rest
-    return min(stride / step_frequency, TUNING.grow_most * step), found  # type: ignore[return-value]
+    seen = by_frequency, stride, step_frequency, norm, *rest  # type: ignore[assignment]
+    return min(stride / step_frequency, TUNING.grow_most * step), seen
 
 
 def restart(h: float, seen: Frequency) -> Frequency:

@@ -64,7 +64,7 @@ class Work:
 
     after: the matrix that gives the guesses; onward: both stage matrices times it; fresh: both stage matrices; slopes
     and slopes_too: the slopes of the last step and of this one; guess: the last guess; points: places and velocities of
-    the stages; apart: their rounding residuals; found: slopes before correction; derivative: derivatives.
+    the stages; apart: their rounding residuals; plain: slopes before correction; derivative: derivatives.
     """
 
     after: int
@@ -75,7 +75,7 @@ class Work:
     guess: int
     points: int
     apart: int
-    found: int
+    plain: int
     derivative: int
     rows: int
 
@@ -205,10 +205,10 @@ def signs(equations: Equations, y: Vectors, t: float, k: Numbers) -> Vectors:
 
 def highest_of(values: Vectors) -> Lanes:
     """The largest size in each lane."""
-    found = lanes(0.0)
+    highest = lanes(0.0)
     for x in values:
-        found = larger(found, abs(x))
-    return found
+        highest = larger(highest, abs(x))
+    return highest
 
 
 def carry_on(places: Work, table: Table, work: Table, ratio: float) -> None:
@@ -256,11 +256,11 @@ def scales(
     share = TUNING.roundings * constants.ROUNDOFF / tolerance
     least = larger(lanes(h * share) * highest_of(sizes), lanes(h) * roundoff)
     v = rates(equations, y)
-    found = tuple(
+    scale = tuple(
         larger(larger(larger(abs(v[i]), lanes(h) * sizes[i]), least), lanes(constants.TINY))
         for i in range(equations.count)
     )
-    return found, roundoff
+    return scale, roundoff
 
 
 def eight_stages(
@@ -308,10 +308,10 @@ def eight_stages(
 
 def apply_column(table: Table, matrix: int, j: int, r: Vectors) -> Lanes:
     """Column j of the matrix with the rows from `matrix` on, times eight vectors."""
-    found = lanes(table[matrix, j]) * r[0]
+    total = lanes(table[matrix, j]) * r[0]
     for m in range(1, 8):
-        found = fma(lanes(table[matrix + m, j]), r[m], found)
-    return found
+        total = fma(lanes(table[matrix + m, j]), r[m], total)
+    return total
 
 
 def stage_vectors(equations: Equations, work: Table, first: int) -> tuple[Vectors, ...]:
@@ -384,20 +384,20 @@ def correct_round(
     for j in turns(8):
         g = slopes_of_stage(equations, places, start, k, table, work, j)
         for i in equations.components:
-            put(work, places.found + n * j + i, g[i])
+            put(work, places.plain + n * j + i, g[i])
         for m, derivative in enumerate(g[n:]):
             put(work, places.derivative + count * j + m, derivative)
-    r = stage_vectors(equations, work, places.found)
+    r = stage_vectors(equations, work, places.plain)
     for j in turns(8):
         c = corrections(equations, places, start.h, table, work, r, j)
         for i in equations.components:
-            put(work, places.points + n * j + i, row(work, places.found + n * j + i) + c[i])
+            put(work, places.points + n * j + i, row(work, places.plain + n * j + i) + c[i])
     r = stage_vectors(equations, work, places.points)
     off, rest = lanes(0.0), lanes(0.0)
     for j in turns(8):
         c = corrections(equations, places, start.h, table, work, r, j)
         for i in equations.components:
-            f = row(work, places.found + n * j + i) + c[i]
+            f = row(work, places.plain + n * j + i) + c[i]
             off = fma(abs(f - row(work, new + n * j + i)), change_weight[i], off)
             rest = fma(abs(f - row(work, places.points + n * j + i)), change_weight[i], rest)
             put(work, new + n * j + i, f)
@@ -466,8 +466,8 @@ def end_of_step(
 def motion(equations: Equations, h: float, y: Vectors, sizes: Vectors) -> Lanes:
     """The largest relative change of a component in a step (see `gauss_fast_steps.motion`)."""
     v = rates(equations, y)
-    most, found = larger(highest_of(v), lanes(constants.TINY)), lanes(0.0)
+    most, largest = larger(highest_of(v), lanes(constants.TINY)), lanes(0.0)
     for i in equations.components:
         below = larger(abs(v[i]) + lanes(constants.LEAST_MOVING) * most, lanes(constants.TINY))
-        found = larger(found, lanes(h) * sizes[i] / below)
-    return found
+        largest = larger(largest, lanes(h) * sizes[i] / below)
+    return largest

@@ -131,9 +131,9 @@ def layout(form: Form, parameters: int, dimension: int, freezing: bool = True) -
         trace = Trace(dimension, parameters, still)
         both = (trace_form(form, trace), trace.state)
         values, state = (tuple(x for i, x in enumerate(of) if i not in still) for of in both)
-    found = derivatives(values, state)
-    grouped = kind == FIRST_ORDER and not found and len(values) >= TUNING.fewest_grouped
-    return Layout(kind, values, found, parameters, dimension, still, groups(values, state) if grouped else ())
+    partials = derivatives(values, state)
+    grouped = kind == FIRST_ORDER and not partials and len(values) >= TUNING.fewest_grouped
+    return Layout(kind, values, partials, parameters, dimension, still, groups(values, state) if grouped else ())
 
 
 def groups(values: Sequence[Value], state: Sequence[Node]) -> tuple[tuple[int, ...], ...]:
@@ -144,14 +144,14 @@ def groups(values: Sequence[Value], state: Sequence[Node]) -> tuple[tuple[int, .
     """
     place = {x: i for i, x in enumerate(state)}
     needs = [{place[x] for x in list_reached([value]) if x in place} for value in values]
-    found: list[list[int]] = []
+    chosen: list[list[int]] = []
     for i in reversed(range(len(values))):
-        met = [sum(i in needs[j] or j in needs[i] for j in group) for group in found]
-        if min(met, default=1) > 0 and len(found) < TUNING.most_groups:
-            found.append([i])
+        met = [sum(i in needs[j] or j in needs[i] for j in group) for group in chosen]
+        if min(met, default=1) > 0 and len(chosen) < TUNING.most_groups:
+            chosen.append([i])
         else:
-            found[met.index(min(met))].append(i)
-    return tuple(tuple(sorted(group)) for group in found) if len(found) > 1 else ()
+            chosen[met.index(min(met))].append(i)
+    return tuple(tuple(sorted(group)) for group in chosen) if len(chosen) > 1 else ()
 
 
 def derivatives(values: Sequence[Value], state: Sequence[Node]) -> tuple[tuple[int, int, Value], ...]:
@@ -161,5 +161,5 @@ def derivatives(values: Sequence[Value], state: Sequence[Node]) -> tuple[tuple[i
     ):
         return ()
     places = [(i, j) for i in range(len(values)) for j in range(len(state))]
-    found = zip(places, jacobian(values, state), strict=True)
-    return tuple((i, j, value) for (i, j), value in found if not is_number(value, 0))
+    partials = zip(places, jacobian(values, state), strict=True)
+    return tuple((i, j, value) for (i, j), value in partials if not is_number(value, 0))

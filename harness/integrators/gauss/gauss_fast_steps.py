@@ -184,10 +184,10 @@ def at_rest(equations: Equations, y: Numbers, t: float, k: Numbers) -> Vectors:
 
 
 def largest_of(values: Numbers) -> float:
-    found = 0.0
+    largest = 0.0
     for x in values:
-        found = max(found, abs(x))
-    return found
+        largest = max(largest, abs(x))
+    return largest
 
 
 def no_step(t: float, h: float, attempts: int, stiff: int) -> int:
@@ -214,8 +214,8 @@ def scales(
     roundoff = TUNING.roundings * constants.ROUNDOFF * furthest / (step * step) if equations.second_order else 0.0
     least = step * max(largest_of(sizes) * TUNING.roundings * constants.ROUNDOFF / tolerance, roundoff)
     v = rates(equations, y)
-    found = tuple(max(max(max(abs(v[i]), step * sizes[i]), least), constants.TINY) for i in range(equations.count))
-    return found, roundoff
+    scale = tuple(max(max(max(abs(v[i]), step * sizes[i]), least), constants.TINY) for i in range(equations.count))
+    return scale, roundoff
 
 
 def guesses(
@@ -276,16 +276,16 @@ def signs(equations: Equations, y: Numbers, t: float, k: Numbers) -> Numbers:
     """The divisors that may change their sign."""
     if not equations.divisors:
         return ()
-    found = equations.poles(tuple(lanes(x) for x in y), equations.forcing(lanes(t), k), k)
-    return tuple(lane(x, 0) for x in found)
+    divisors = equations.poles(tuple(lanes(x) for x in y), equations.forcing(lanes(t), k), k)
+    return tuple(lane(x, 0) for x in divisors)
 
 
 def has_crossed(beyond: Numbers, sides: Numbers) -> bool:
     """Whether a divisor has changed its sign."""
-    found = False
+    crossed = False
     for after, before in zip(beyond, sides, strict=True):
-        found = found or (after < 0.0) != (before < 0.0)
-    return found
+        crossed = crossed or (after < 0.0) != (before < 0.0)
+    return crossed
 
 
 def sample_at(
@@ -322,7 +322,7 @@ def motion(equations: Equations, step: float, y: Numbers, sizes: Numbers) -> flo
     LEAST_MOVING excludes decayed components, whose relative rate of change stays large.
     """
     v = rates(equations, y)
-    most, found = largest_of(v), 0.0
+    most, largest = largest_of(v), 0.0
     for i in equations.components:
-        found = max(found, step * sizes[i] / max(abs(v[i]) + constants.LEAST_MOVING * most, constants.TINY))
-    return found
+        largest = max(largest, step * sizes[i] / max(abs(v[i]) + constants.LEAST_MOVING * most, constants.TINY))
+    return largest

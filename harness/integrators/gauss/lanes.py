@@ -67,9 +67,9 @@ def _(a: Any, index: Any) -> Any:
 
 def with_lane(a: Lanes, index: int, x: float) -> Lanes:
     """The lanes with one of them replaced."""
-    found = a.copy()
-    found[index] = x
-    return found
+    changed = a.copy()
+    changed[index] = x
+    return changed
 
 
 @primitive(with_lane)
@@ -91,9 +91,9 @@ def fma(a: Lanes, b: Lanes, c: Lanes) -> Lanes:
     product = a * b
     (a_high, a_low), (b_high, b_low) = _halves(a), _halves(b)
     rest = ((a_high * b_high - product) + a_high * b_low + a_low * b_high) + a_low * b_low
-    found = product + c
-    part = found - product
-    whole: Lanes = found + (((product - (found - part)) + (c - part)) + rest)
+    rounded = product + c
+    part = rounded - product
+    whole: Lanes = rounded + (((product - (rounded - part)) + (c - part)) + rest)
     return whole
 
 
@@ -136,16 +136,16 @@ def over(a: Lanes, b: Lanes, c: Lanes) -> Lanes:
 @primitive(over)
 def _(a: Any, b: Any, c: Any) -> Any:
     a, b, c = _vectors(a, b, c)
-    found = exact("mul", a, c)
-    negative = _emit(VECTOR, "fneg {}", found.typed)
+    rounded = exact("mul", a, c)
+    negative = _emit(VECTOR, "fneg {}", rounded.typed)
     left = ir.call("llvm.fma.v8f64", VECTOR, negative, b, a)
-    return ir.call("llvm.fma.v8f64", VECTOR, left, c, found)
+    return ir.call("llvm.fma.v8f64", VECTOR, left, c, rounded)
 
 
 def root(a: Lanes) -> Lanes:
     """Square roots."""
-    found: Lanes = np.sqrt(a)
-    return found
+    root: Lanes = np.sqrt(a)
+    return root
 
 
 @primitive(root)
@@ -208,8 +208,8 @@ def _(a: Any) -> Any:
 
 def totals(a: Lanes, b: Lanes, c: Lanes, d: Lanes) -> Lanes:
     """The sums of the lanes of four vectors, in lanes 0 to 3 and again in 4 to 7: half the operations of 4 totals."""
-    found = [((x[0] + x[1]) + (x[2] + x[3])) + ((x[4] + x[5]) + (x[6] + x[7])) for x in (a, b, c, d)]
-    return np.array([*found, *found])
+    sums = [((x[0] + x[1]) + (x[2] + x[3])) + ((x[4] + x[5]) + (x[6] + x[7])) for x in (a, b, c, d)]
+    return np.array([*sums, *sums])
 
 
 @primitive(totals)
@@ -244,8 +244,8 @@ def _(a: Any) -> Any:
 
 def row(table: Table, index: int) -> Lanes:
     """A row of a table."""
-    found: Lanes = table[index].copy()
-    return found
+    vector: Lanes = table[index].copy()
+    return vector
 
 
 @primitive(row)
@@ -300,16 +300,16 @@ def _(table: Any, first: Any, vectors: Any) -> Any:
     sums: list[list[Any]] = [[] for _ in vectors]
     for k in range(WIDTH):
         column = _emit(VECTOR, "load <8 x double>, ptr {}, align 8", _place(table, first + k))
-        for vector, start, found in zip(vectors, starts, sums, strict=True):
+        for vector, start, terms in zip(vectors, starts, sums, strict=True):
             if k < SHUFFLED and len(vectors) < 3:
                 element = _shuffle(vector, vector, [k] * WIDTH)
             else:
                 place = _emit(POINTER, "getelementptr double, ptr {}, i64 {}", start, k)
                 element = convert(_emit(REAL, "load double, ptr {}, align 8", place), VECTOR)
             if k < chains:
-                found.append(exact("mul", column, element))
+                terms.append(exact("mul", column, element))
             else:
-                found[k % chains] = ir.call("llvm.fma.v8f64", VECTOR, column, element, found[k % chains])
+                terms[k % chains] = ir.call("llvm.fma.v8f64", VECTOR, column, element, terms[k % chains])
     while len(sums[0]) > 1:
         sums = [[exact("add", a, b) for a, b in zip(x[::2], x[1::2], strict=True)] for x in sums]
     return tuple(x[0] for x in sums)
@@ -347,18 +347,18 @@ def _(n: Any) -> Any:
 def choose(counter: Lanes, even: Lanes, odd: Lanes) -> Lanes:
     """`even` or `odd` according to the lowest bit of the counter, with the sign reversed if the next bit is set."""
     which = counter.view(np.int64)
-    found: Lanes = (np.where(which & 1, odd, even).view(np.int64) ^ ((which & 2) << 62)).view(np.float64)
-    return found
+    turned: Lanes = (np.where(which & 1, odd, even).view(np.int64) ^ ((which & 2) << 62)).view(np.float64)
+    return turned
 
 
 @primitive(choose)
 def _(counter: Any, even: Any, odd: Any) -> Any:
     which = _as_integers(counter)
     lowest = _emit(INTEGERS, "and {}, splat (i64 1)", which.typed)
-    found = _select(_emit(TRUTHS, "icmp ne {}, zeroinitializer", lowest.typed), odd, even)
+    chosen = _select(_emit(TRUTHS, "icmp ne {}, zeroinitializer", lowest.typed), odd, even)
     next_bit = _emit(INTEGERS, "and {}, splat (i64 2)", which.typed)
     sign = _emit(INTEGERS, "shl {}, splat (i64 62)", next_bit.typed)
-    return _as_doubles(_emit(INTEGERS, "xor {}, {}", _as_integers(found).typed, sign))
+    return _as_doubles(_emit(INTEGERS, "xor {}, {}", _as_integers(chosen).typed, sign))
 
 
 def _as_integers(a: Any) -> Any:
@@ -371,8 +371,8 @@ def _as_doubles(a: Any) -> Any:
 
 def scale(counter: Lanes, a: Lanes) -> Lanes:
     """a * 2^n for results that are normal numbers; n stands in the lowest bits of the counter."""
-    found: Lanes = (a.view(np.int64) + (counter.view(np.int64) << 52)).view(np.float64)
-    return found
+    scaled: Lanes = (a.view(np.int64) + (counter.view(np.int64) << 52)).view(np.float64)
+    return scaled
 
 
 @primitive(scale)
@@ -387,13 +387,13 @@ def _(counter: Any, a: Any) -> Any:
 def each(name: str, *given: Any) -> Any:
     """A function of `math` on every lane of its arguments, which may be numbers; nan outside its domain."""
 
-    def one(*numbers: float) -> float:
+    def compute(*numbers: float) -> float:
         try:
             return float(getattr(math, name)(*numbers))
         except (ValueError, OverflowError):
             return math.nan
 
-    return np.array([one(*numbers) for numbers in zip(*map(lanes, given), strict=True)])
+    return np.array([compute(*numbers) for numbers in zip(*map(lanes, given), strict=True)])
 
 
 @primitive(each)
@@ -404,11 +404,11 @@ def _(name: str, *given: Any) -> Any:
 @cache
 def _each(name: str) -> Callable[..., Any]:
     def lane_by_lane(*given: Any) -> Any:
-        found = given[0]
+        values = given[0]
         for i in range(WIDTH):
             numbers = [_emit(REAL, "extractelement {}, i64 {}", x.typed, i) for x in given]
-            found = _emit(VECTOR, "insertelement {}, {}, i64 {}", found.typed, emission.MATH[name](*numbers).typed, i)
-        return found
+            values = _emit(VECTOR, "insertelement {}, {}, i64 {}", values.typed, emission.MATH[name](*numbers).typed, i)
+        return values
 
     lane_by_lane.__name__ = f"{name}_of_each_lane"
     return ir.Outlined(lane_by_lane, f"{ir.ATTRIBUTES} noinline cold")
@@ -418,10 +418,10 @@ def power(a: Any, exponent: Any) -> Any:
     """a^exponent of lanes or numbers: by repeated squaring for an integer."""
     if not isinstance(exponent, int):
         return each("pow", a, exponent)
-    found, square, left = lanes(1.0), a, abs(exponent)
+    product, square, left = lanes(1.0), a, abs(exponent)
     while left > 0:
-        found, square, left = found * square if left & 1 else found, square * square, left >> 1
-    return 1.0 / found if exponent < 0 else found
+        product, square, left = product * square if left & 1 else product, square * square, left >> 1
+    return 1.0 / product if exponent < 0 else product
 
 
 @primitive(power)

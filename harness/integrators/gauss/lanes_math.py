@@ -34,16 +34,16 @@ Near = tuple[Lanes, Lanes, Lanes, Lanes, Lanes]
 
 def polynomial(x: Lanes, coefficients: tuple[float, ...]) -> Lanes:
     """The value at x, from the lowest coefficient to the highest, by Horner's rule."""
-    found = lanes(coefficients[-1])
+    total = lanes(coefficients[-1])
     for c in reversed(coefficients[:-1]):
-        found = fma(x, found, lanes(c))
-    return found
+        total = fma(x, total, lanes(c))
+    return total
 
 
 def two_parts(a: Lanes, b: Lanes) -> tuple[Lanes, Lanes]:
     """a + b rounded, and its rounding residual, for |a| >= |b|."""
-    found = a + b
-    return found, minus(b, minus(found, a))
+    total = a + b
+    return total, minus(b, minus(total, a))
 
 
 def quarter_turns(a: Lanes, shift: float) -> tuple[Lanes, Lanes]:

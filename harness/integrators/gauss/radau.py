@@ -120,11 +120,11 @@ def eigenvector(c: Sequence[Any], s: Any) -> list[Any]:
     polynomials: for the integral U of the eigenvector's polynomial, s U - U' vanishes at the nodes and is a multiple of
     M.
     """
-    found = []
+    values = []
     for i in range(3):
         a, b = c[i] - c[i - 1], c[i] - c[i - 2]
-        found.append(a * b * s * s + 2 * (a + b) * s + 6)
-    return [value / found[-1] for value in found]
+        values.append(a * b * s * s + 2 * (a + b) * s + 6)
+    return [value / values[-1] for value in values]
 
 
 INTEGRATORS: tuple[type[Integrator], ...] = (Radau5,)

@@ -403,24 +403,24 @@ def estimate(s: RadauData, t: Any, h: Any, twice: bool) -> float:
     """
     y, table, z, error = s.y, s.table, s.z, s.error
     n = DIMENSION or y.size
-    found = 0.0
+    norm = 0.0
     for again in range(2):
         for i in range(n):
-            given = s.slope[i] if again == 1 else s.start[i]
+            rate = s.slope[i] if again == 1 else s.start[i]
             weighted = table[ERROR, 0] * z[0, i] + table[ERROR, 1] * z[1, i] + table[ERROR, 2] * z[2, i]
-            error[i] = given + weighted / h
+            error[i] = rate + weighted / h
         substitute(s.real, s.pivots, error)
         square = 0.0
         for i in range(n):
             square += (error[i] * s.weight[i]) ** 2
-        found = sqrt(square / n)
-        if found < 1.0 or again == 1 or not twice:
+        norm = sqrt(square / n)
+        if norm < 1.0 or again == 1 or not twice:
             break
         # While a fast mode has not decayed, the estimate is too large; the second evaluation damps it.
         for i in range(n):
             s.x[i] = y[i] + error[i]
         evaluate(s, t)
-    return found
+    return norm
 
 
 INLINED = (factor, newton, factor_shifted)

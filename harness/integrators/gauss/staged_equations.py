@@ -149,15 +149,15 @@ def pairs(nodes: Sequence[Node]) -> dict[Node, tuple[Node, Node]]:
 
     Angles that depend on parameters alone are left out.
     """
-    found = {(x.operation, x.arguments[0]): x for x in nodes if x.operation in ("sin", "cos") and x.level > RUN}
-    both = [(x, found["cos", angle]) for (name, angle), x in found.items() if name == "sin" and ("cos", angle) in found]
+    known = {(x.operation, x.arguments[0]): x for x in nodes if x.operation in ("sin", "cos") and x.level > RUN}
+    both = [(x, known["cos", angle]) for (name, angle), x in known.items() if name == "sin" and ("cos", angle) in known]
     return {x: pair for pair in both for x in pair}
 
 
 def poles(values: Sequence[Value]) -> tuple[Node, ...]:
     """The divisors, in these values, that may change their sign: at the zero of a divisor the values have a pole."""
     signs: dict[Node, int | None] = {}
-    found: dict[Node, None] = {}
+    divisors: dict[Node, None] = {}
     for node in list_reached(values):
         signs[node] = sign(node, signs)
         match node.operation, node.arguments:
@@ -168,8 +168,8 @@ def poles(values: Sequence[Value]) -> tuple[Node, ...]:
             case _:
                 continue
         if level(below) == ROUND and signs[below] is None:
-            found[below] = None
-    return tuple(found)
+            divisors[below] = None
+    return tuple(divisors)
 
 
 def sign(value: Value, known: Mapping[Node, int | None]) -> int | None:

@@ -134,18 +134,18 @@ def phi_functions(mp: Any, z: Matrix, count: int = 4) -> list[Matrix]:
     doublings = int(mp.ceil(mp.log(size, 2))) + 1
     with mp.workdps(mp.dps + 10 + int(3 * mp.log10(size))):
         scaled = z / mp.mpf(2) ** doublings
-        one = np.array([[mp.mpf(int(i == j)) for j in range(len(z))] for i in range(len(z))], dtype=object)
-        term = one / mp.factorial(count - 1)
+        unit = np.array([[mp.mpf(int(i == j)) for j in range(len(z))] for i in range(len(z))], dtype=object)
+        term = unit / mp.factorial(count - 1)
         last, k = term, count
         while max(abs(x) for x in term.ravel()) > mp.eps:
             term = term.dot(scaled) / k
             last, k = last + term, k + 1
-        found = [last]
+        values = [last]
         for k in range(count - 2, -1, -1):
-            found.insert(0, scaled.dot(found[0]) + one / mp.factorial(k))
+            values.insert(0, scaled.dot(values[0]) + unit / mp.factorial(k))
         for _ in range(doublings):
-            found = [_double(mp, found, k) for k in range(count)]
-    return found
+            values = [_double(mp, values, k) for k in range(count)]
+    return values
 
 
 def _double(mp: Any, phi: list[Matrix], k: int) -> Matrix:
@@ -175,22 +175,22 @@ class HochbruckOstermann4(ExponentialRungeKutta):
 
     @classmethod
     def tableau(cls, phi: Phi) -> list[list[Matrix]]:
-        half, one = 0.5, 1
-        a52 = phi(2, half) / 2 - phi(3, one) + phi(2, one) / 4 - phi(3, half) / 2
+        half = 0.5
+        a52 = phi(2, half) / 2 - phi(3, 1) + phi(2, 1) / 4 - phi(3, half) / 2
         a54 = phi(2, half) / 4 - a52
         nothing = a52 * 0
         return [
             [],
             [phi(1, half) / 2],
             [phi(1, half) / 2 - phi(2, half), phi(2, half)],
-            [phi(1, one) - 2 * phi(2, one), phi(2, one), phi(2, one)],
+            [phi(1, 1) - 2 * phi(2, 1), phi(2, 1), phi(2, 1)],
             [phi(1, half) / 2 - 2 * a52 - a54, a52, a52, a54],
             [
-                phi(1, one) - 3 * phi(2, one) + 4 * phi(3, one),
+                phi(1, 1) - 3 * phi(2, 1) + 4 * phi(3, 1),
                 nothing,
                 nothing,
-                4 * phi(3, one) - phi(2, one),
-                4 * phi(2, one) - 8 * phi(3, one),
+                4 * phi(3, 1) - phi(2, 1),
+                4 * phi(2, 1) - 8 * phi(3, 1),
             ],
         ]
 

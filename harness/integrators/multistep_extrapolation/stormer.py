@@ -141,10 +141,10 @@ def adams_weights(count: int) -> tuple[Fraction, ...]:
 
 def reciprocal(series: list[Fraction]) -> list[Fraction]:
     """The reciprocal of a power series that begins with 1, with as many terms."""
-    found = [Fraction(1)]
+    terms = [Fraction(1)]
     for n in range(1, len(series)):
-        found.append(-sum((series[j] * found[n - j] for j in range(1, n + 1)), Fraction(0)))
-    return found
+        terms.append(-sum((series[j] * terms[n - j] for j in range(1, n + 1)), Fraction(0)))
+    return terms
 
 
 def times(a: list[Fraction], b: list[Fraction]) -> list[Fraction]:

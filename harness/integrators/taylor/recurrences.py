@@ -47,8 +47,8 @@ class Recurrences:
         self.series = [x for x in self.sequence if is_varying(x)]
         self.rows = {y: STRIDE * i for y, i in self.places.items()}
         self.rows_of_slopes: dict[Node, int] = {}
-        found = {x: self.inside(x) for x in self.series}
-        self.sums = {x: term for x, term in found.items() if term is not None}
+        terms = {x: self.inside(x) for x in self.series}
+        self.sums = {x: term for x, term in terms.items() if term is not None}
 
     @property
     def length(self) -> int:

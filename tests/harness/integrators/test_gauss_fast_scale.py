@@ -111,9 +111,9 @@ def test_a_sample_whose_stages_are_not_found_is_taken_within_a_shorter_step(
     """
     sample_at = gauss_fast_steps.sample_at
 
-    def failing(equations: Any, part: float, t: float, step: float, *others: Any) -> tuple[bool, int, Any]:
-        unsolved, rounds, place = sample_at(equations, part, t, step, *others)
-        return unsolved or step > longest, rounds, place
+    def failing(equations: Any, part: float, start: Any, *others: Any) -> tuple[bool, int, Any]:
+        unsolved, rounds, place = sample_at(equations, part, start, *others)
+        return unsolved or start.h > longest, rounds, place
 
     on_arrays.setattr(gauss_fast_steps, "sample_at", failing)
     found = motion("oscillator", 1.0, 1e-9, 1)

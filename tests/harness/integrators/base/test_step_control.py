@@ -9,6 +9,7 @@ from gnomon.cases.core.forms import FirstOrder, Hybrid, Mode, SecondOrder, Value
 from gnomon.harness.contract.integrator import Integrator, Problem
 from gnomon.harness.integrators.base import sizes, step_control
 from gnomon.harness.integrators.base.step_control import GROW_MOST
+from gnomon.harness.integrators.base.stepping import StepData
 from gnomon.harness.integrators.events.hybrid import Dop853Events
 from gnomon.harness.integrators.multistep_extrapolation.extrapolation import GraggBulirschStoer
 from gnomon.harness.integrators.runge_kutta.dop853 import Dop853
@@ -197,12 +198,8 @@ def test_the_first_step_is_a_part_of_the_time_in_which_the_motion_turns(
     tolerance."""
     monkeypatch.setattr(step_control, "ORDER", 8)
 
-    def called(f: Any, t: float, y: Any, p: Any, slope: Any) -> None:
-        slope[:] = restoring(t, y, (speed,)) if second_order else oscillating(t, y, (speed,))
-
-    monkeypatch.setattr(step_control, "call", called)
     width, y, tolerance = 1 if second_order else 2, np.array([1.0, 0.0]), 1e-8
-    k, x, slope = np.empty((1, width)), np.empty(width), np.empty(width)
-    groups = np.array([0, 1])
-    found = step_control.first_step(None, y, np.zeros(0), k, x, slope, tolerance, most / speed, groups)
+    f = restoring if second_order else oscillating
+    s = StepData(f, y, np.array([speed]), None, np.empty(width), np.empty(width), None, None)
+    found = step_control.first_step(s, np.empty((1, width)), tolerance, most / speed, np.array([0, 1]))
     assert found == pytest.approx((0.01 * tolerance) ** (1 / 8) / speed, rel=0.01)

@@ -255,14 +255,15 @@ def test_changes_that_do_not_shrink_are_no_solution() -> None:
         calls[0] += 1
         return (1e-2 * ((calls[0] + 2) // 3),)
 
-    table, one = radau.table(), np.zeros(1)
-    real, both = np.zeros((1, 1)), np.zeros((1, 1), dtype=np.complex128)
-    pivots = np.zeros(1, dtype=np.int64)
-    assert radau_steps.factor_shifted(np.zeros(1), 1.0, table, real, pivots, both, pivots)
-    tolerance = 1.0
-    iterations = radau_steps.newton(
-        drifting, 0.0, 1.0, np.zeros(1), (), table, tolerance, one, np.zeros((3, 1)), np.ones(1), real, pivots, both,
-        pivots, np.zeros(1), np.zeros(1, dtype=np.complex128), np.zeros((3, 1)), np.zeros((3, 1)),
+    def empty(*shape: int, kind: type = float) -> Any:
+        return np.zeros(shape, dtype=kind)
+
+    s = radau_steps.RadauData(
+        f=drifting, y=empty(1), p=(), table=radau.table(), x=empty(1), slopes=empty(3, 1), weight=np.ones(1), slope=empty(1),
+        start=empty(1), error=empty(1), real=empty(1, 1), pivots=empty(1, kind=int), both=empty(1, 1, kind=complex),
+        pivots_both=empty(1, kind=int), right=empty(1), pair=empty(1, kind=complex), w=empty(3, 1), z=empty(3, 1),
     )  # fmt: skip
+    assert radau_steps.factor_shifted(s, 1.0, empty(1))
+    iterations = radau_steps.newton(s, 0.0, 1.0, 1.0)
     assert calls[0] > 6, "the changes were small enough to go on"
     assert iterations == 0
