@@ -123,7 +123,7 @@ def test_no_claim_without_a_test(method: Integrator) -> None:
 def test_the_same_bits_in_another_process_that_compiles_anew(tmp_path: Path) -> None:
     """The other process takes machine code from the cache, or compiles with an empty cache."""
     program = (
-        f"import sys; sys.path.insert(0, {str(Path(__file__).parent)!r})\n"
+        f"import sys; sys.path[:] = {[str(Path(__file__).parent), *sys.path]!r}\n"
         "import numpy as np, test_promises as here\n"
         "np.savez(sys.argv[1], **{m.id: here.answer(m) for m in here.ALL})"
     )
