@@ -4,10 +4,11 @@ import errno
 import io
 import os
 import re
+import shlex
 import sys
 import warnings
 from collections.abc import Iterator
-from contextlib import contextmanager, redirect_stdout
+from contextlib import contextmanager, redirect_stdout, suppress
 from typing import Annotated, Any
 
 import typer
@@ -98,6 +99,8 @@ UNREAD = 141
 ASKED = "_GNOMON_COMPLETE"
 COMPLETION = {ASKED, "--show-completion", "--install-completion"}
 """Signs of a request for the completion of the shell: an environment variable, or the first word."""
+LINE = "_TYPER_COMPLETE_ARGS"
+"""The environment variable in which zsh and fish send the line to the cursor."""
 FORMER = "--to"
 """What --out was called in some commands: its error names --out."""
 FULL = (errno.ENOSPC, errno.EDQUOT)
@@ -141,9 +144,12 @@ def _whole_words() -> Iterator[None]:
     """Ask for the completion of a whole word, and print what readline is to insert, if bash asks.
 
     Bash divides a word at its colons, as an id has one, and replaces the text after the last colon. It reads a space or a
-    bracket of an id as its own, unless a backslash is before it or the word is in quotes.
+    bracket of an id as its own, unless a backslash is before it or the word is in quotes. Zsh and fish send the whole line
+    and quote the answer themselves.
     """
     if os.environ.get(ASKED) != "complete_bash":
+        if LINE in os.environ:
+            os.environ[LINE] = _close_word(os.environ[LINE])
         yield
         return
     words, place = os.environ["COMP_WORDS"].split("\n"), int(os.environ["COMP_CWORD"])
@@ -160,6 +166,16 @@ def _whole_words() -> Iterator[None]:
     finally:
         for word in answer.getvalue().splitlines():
             print(word if quoted else re.sub(r"([^\w.:/%+=@,-])", r"\\\1", word[fixed:]))
+
+
+def _close_word(line: str) -> str:
+    """The line with a quote after a last space: Typer takes each last space for the end of a word, and ids have spaces."""
+    if line.endswith(" "):
+        for end in ("'", '"', "''"):
+            with suppress(ValueError):  # the quote opens a word, or another quote is open
+                shlex.split(line + end)
+                return line + end
+    return line
 
 
 def _run() -> int:

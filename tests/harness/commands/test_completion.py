@@ -1,5 +1,6 @@
-"""A shell completes the names of cases and integrators; bash gets what readline inserts after the last colon."""
+"""A shell completes the names of cases and integrators. Bash gets the text after the last colon, zsh and fish whole words."""
 
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -59,6 +60,28 @@ def test_integrators_are_completed(completed, before: tuple[str, ...]) -> None:
     assert completed(*before, "gnomon", ":", "RKMK") == [r"RKMK\ 4"]
     assert completed(*before, "gnomon", ":", r"DOP853\ ") == [r"DOP853\ \[events\]"]
     assert completed(*before, "'gnomon:RKMK") == ["gnomon:RKMK 4"], "in quotes a word is whole"
+
+
+@pytest.mark.parametrize("shell", ["zsh", "fish"])
+@pytest.mark.parametrize(
+    ("word", "ids"),
+    [
+        ("scipy:ode\\ d", {"scipy:ode dop853"}),
+        *((word, {"gnomon:DOP853 [events]"}) for word in (r"gnomon:DOP853\ ", "'gnomon:DOP853 ", '"gnomon:DOP853 ')),
+        ("kepler", set()),
+        ("gnomon:RK4 ", set()),  # the next word is another argument
+    ],
+)
+def test_zsh_and_fish_get_whole_ids(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], shell: str, word: str, ids: set[str]
+) -> None:
+    """They send the line as it is typed, where a space with a backslash or in open quotes belongs to the word."""
+    monkeypatch.setenv("_GNOMON_COMPLETE", f"complete_{shell}")
+    monkeypatch.setenv("_TYPER_COMPLETE_FISH_ACTION", "get-args")
+    monkeypatch.setenv("_TYPER_COMPLETE_ARGS", f"gnomon run --integrator {word}")
+    assert gnomon() == 0
+    answer = capsys.readouterr().out.replace(r"\\:", ":")  # zsh reads a bare colon as the start of a description
+    assert {name for name in lookup.everything() if re.search(rf'(^|"){re.escape(name)}("|$)', answer, re.M)} == ids
 
 
 def test_names_are_completed_without_the_modules_that_hold_them(
