@@ -15,25 +15,26 @@ from gnomon.harness.adapters.libraries import LIBRARIES, Library
 PAGE, PROJECT, README = Path("docs/libraries.md"), Path("pyproject.toml"), Path("README.md")
 HEAD = """# Libraries
 
-gnomon runs the integrators of these third-party libraries. `make libraries` writes this page from their declarations in
-`harness/adapters/libraries.toml`; CONTRIBUTING.md says how to add one.
+gnomon runs the integrators of these third-party libraries. CONTRIBUTING.md says how to add a library.
 
 | library | ids begin with | requirement | installed | licence |
 |---|---|---|---|---|
 """
 DRIVEN_HEAD = """
-## How they are driven
+## How gnomon calls them
 
-A time should be the time of the library, not of gnomon's calls of it. Therefore everything between the two is compiled if the
-library allows it. Costs were measured on Linux with Python 3.11, in processor time, before and after a change in turn in one
-process: medians of at least 25 pairs, with the same states to rounding. A null call is a call over nearly no span, minus its steps
-if the method has fixed steps. If a library's manual advises another way, open an issue that quotes the sentence: the adapter is
-changed, or this page says why not.
+A measured time should be the library's own time. Therefore gnomon compiles its own part of each call as far as the library
+allows. Each section names the compiled part, the part in Python, and the reasons for settings. If a library's manual advises
+something else, open an issue with the sentence of the manual.
+
+Times are processor times on Linux with Python 3.11, as medians of at least 25 pairs: one process ran the adapter before and after
+a change in turn, and both gave the same states to rounding. A *null call* is a call over nearly no span; if the method has fixed
+steps, its time excludes the steps.
 """
 ABSENT_HEAD = """
 ## Known integrators that do not take part
 
-From `harness/adapters/absent.toml`. "No wheel" means that pip finds no compiled package for CPython 3.11 on Linux.
+"No wheel" means that pip finds no compiled package for CPython 3.11 on Linux.
 
 | integrators | reason |
 |---|---|
