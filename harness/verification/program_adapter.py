@@ -2,7 +2,7 @@
 
 `protocol` defines the lines, docs/any_language.md explains them. One process of the program serves all trials of a
 series. A time limit ends it together with the worker process that started it. The time to exchange lines is part of the
-null call of the series (see `measuring.null_call`), which the results subtract.
+null call of the series (see `measuring.null_call`).
 """
 
 from __future__ import annotations
