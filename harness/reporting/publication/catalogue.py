@@ -15,9 +15,8 @@ from gnomon import cases
 PAGE = Path("docs/cases.md")
 HEAD = """# Cases and checks
 
-Each case with its file, the file of its exact motion, and a chart of the published report where there is one.
-`gnomon show NAME` prints equations, numbers, quantities and variants of a case. Sections: Beatty, *Dynamics*.
-`make catalogue` writes this page.
+Each case has its file, the file of its exact motion, and a chart if the published report has one. `gnomon show NAME` prints the
+equations, numbers, quantities and variants of a case. Sections are sections of Beatty, *Dynamics*.
 """
 
 
