@@ -7,7 +7,7 @@ import re
 import shlex
 import sys
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, redirect_stdout, suppress
 from typing import Annotated, Any
 
@@ -141,41 +141,58 @@ def _is_unread(end: SystemExit) -> bool:
 
 @contextmanager
 def _whole_words() -> Iterator[None]:
-    """Ask for the completion of a whole word, and print what readline is to insert, if bash asks.
+    """Ask for the completion of a whole word, and print the text that the shell is to insert.
 
     Bash divides a word at its colons, as an id has one, and replaces the text after the last colon. It reads a space or a
     bracket of an id as its own, unless a backslash is before it or the word is in quotes. Zsh and fish send the whole line
-    and quote the answer themselves.
+    and quote the answer themselves, but replace the whole word, also before the sign in `--case=kepler`.
     """
-    if os.environ.get(ASKED) != "complete_bash":
-        if LINE in os.environ:
-            os.environ[LINE] = _close_word(os.environ[LINE])
+    shell = os.environ.get(ASKED, "").removeprefix("complete_")
+    if shell == "bash":
+        fit = _join_words()
+    elif shell in ("zsh", "fish") and LINE in os.environ:
+        fit = _close_word(shell)
+    else:
         yield
         return
-    words, place = os.environ["COMP_WORDS"].split("\n"), int(os.environ["COMP_CWORD"])
-    whole: list[str] = []
-    for number, word in enumerate(words[: place + 1]):
-        joins = number > 1 and (word.startswith(":") or words[number - 1].endswith(":"))
-        whole[-1:] = [whole[-1] + word] if joins else [*whole[-1:], word]
-    os.environ |= {"COMP_WORDS": "\n".join(whole), "COMP_CWORD": str(len(whole) - 1)}
-    fixed, quoted = whole[-1].rfind(":") + 1, whole[-1][:1] in ("'", '"')
     answer = io.StringIO()
     try:
         with redirect_stdout(answer):
             yield
     finally:
         for word in answer.getvalue().splitlines():
-            print(word if quoted else re.sub(r"([^\w.:/%+=@,-])", r"\\\1", word[fixed:]))
+            print(fit(word))
 
 
-def _close_word(line: str) -> str:
-    """The line with a quote after a last space: Typer takes each last space for the end of a word, and ids have spaces."""
-    if line.endswith(" "):
-        for end in ("'", '"', "''"):
-            with suppress(ValueError):  # the quote opens a word, or another quote is open
-                shlex.split(line + end)
-                return line + end
-    return line
+def _join_words() -> Callable[[str], str]:
+    """Join the words of bash in its variables; the function gives the part of an answer that readline inserts."""
+    words, place = os.environ["COMP_WORDS"].split("\n"), int(os.environ["COMP_CWORD"])
+    whole: list[str] = []
+    for number, word in enumerate(words[: place + 1]):
+        joins = number > 1 and (word.startswith(":") or words[number - 1].endswith(":"))
+        whole[-1:] = [whole[-1] + word] if joins else [*whole[-1:], word]
+    if whole[-2:-1] == ["="]:  # between an option and its value
+        del whole[-2]
+    os.environ |= {"COMP_WORDS": "\n".join(whole), "COMP_CWORD": str(len(whole) - 1)}
+    fixed, quoted = whole[-1].rfind(":") + 1, whole[-1][:1] in ("'", '"')
+    return lambda word: word if quoted else re.sub(r"([^\w.:/%+=@,-])", r"\\\1", word[fixed:])
+
+
+def _close_word(shell: str) -> Callable[[str], str]:
+    """Close the last word of LINE; the function gives the line of an answer with the `--option=` of this word.
+
+    Typer takes each last space for the end of a word, and ids have spaces: a quote after the space keeps it in the word.
+    """
+    line, option = os.environ[LINE], ""
+    for end in ("'", '"', "''"):
+        with suppress(ValueError):  # the quote opens a word, or another quote is open
+            last = shlex.split(line + end)[-1]
+            os.environ[LINE] = line + end if line.endswith(" ") else line
+            option = last[: last.find("=") + 1] if last.startswith("--") else ""
+            break
+    if shell == "fish":
+        return lambda word: option + word
+    return lambda word: re.sub(r'^(_arguments .*?\(\()?"', lambda found: found[0] + option, word)
 
 
 def _run() -> int:

@@ -62,26 +62,37 @@ def test_integrators_are_completed(completed, before: tuple[str, ...]) -> None:
     assert completed(*before, "'gnomon:RKMK") == ["gnomon:RKMK 4"], "in quotes a word is whole"
 
 
+def test_bash_divides_an_option_and_its_value(completed) -> None:
+    assert completed("run", "--integrator", "=", "gnomon", ":", "RKMK") == [r"RKMK\ 4"]
+    assert "kepler_orbit" in completed("run", "--case", "=")
+
+
 @pytest.mark.parametrize("shell", ["zsh", "fish"])
 @pytest.mark.parametrize(
-    ("word", "ids"),
+    ("words", "ids"),
     [
-        ("scipy:ode\\ d", {"scipy:ode dop853"}),
-        *((word, {"gnomon:DOP853 [events]"}) for word in (r"gnomon:DOP853\ ", "'gnomon:DOP853 ", '"gnomon:DOP853 ')),
-        ("kepler", set()),
-        ("gnomon:RK4 ", set()),  # the next word is another argument
+        ("verify scipy:ode\\ d", {"scipy:ode dop853"}),
+        *(
+            (f"verify {word}", {"gnomon:DOP853 [events]"})
+            for word in (r"gnomon:DOP853\ ", "'gnomon:DOP853 ", '"gnomon:DOP853 ')
+        ),
+        ("verify kepler", set()),
+        ("run --integrator gnomon:RK4 ", set()),  # the next word is another argument
+        ("run --integrator=gnomon:RKMK", {"--integrator=gnomon:RKMK 4"}),
+        ("run --integrator='scipy:ode d", {"--integrator=scipy:ode dop853"}),
     ],
 )
-def test_zsh_and_fish_get_whole_ids(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], shell: str, word: str, ids: set[str]
+def test_zsh_and_fish_get_whole_words(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], shell: str, words: str, ids: set[str]
 ) -> None:
     """They send the line as it is typed, where a space with a backslash or in open quotes belongs to the word."""
     monkeypatch.setenv("_GNOMON_COMPLETE", f"complete_{shell}")
     monkeypatch.setenv("_TYPER_COMPLETE_FISH_ACTION", "get-args")
-    monkeypatch.setenv("_TYPER_COMPLETE_ARGS", f"gnomon run --integrator {word}")
+    monkeypatch.setenv("_TYPER_COMPLETE_ARGS", f"gnomon {words}")
     assert gnomon() == 0
     answer = capsys.readouterr().out.replace(r"\\:", ":")  # zsh reads a bare colon as the start of a description
-    assert {name for name in lookup.everything() if re.search(rf'(^|"){re.escape(name)}("|$)', answer, re.M)} == ids
+    known = {option + name for name in lookup.everything() for option in ("", "--integrator=")}
+    assert {word for word in known if re.search(rf'(^|"){re.escape(word)}("|$)', answer, re.M)} == ids
 
 
 def test_names_are_completed_without_the_modules_that_hold_them(
