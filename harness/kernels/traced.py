@@ -1,7 +1,7 @@
 """Trace the equations of a case: call its functions on symbols, and store each value once as an expression.
 
 Other modules turn the expressions into exact derivatives (`derivatives.py`), compiled functions (`straight_line.py`), code
-in three stages for vectors (`staged_code.py`), the recurrences of Taylor's method, and equations for readers
+in three stages for vectors (`staged_equations.py`), the recurrences of Taylor's method, and equations for readers
 (`equation_text.py`).
 
 A `Trace` keeps each arithmetic operation, so that its nodes give the same numbers as the case's own function; it only

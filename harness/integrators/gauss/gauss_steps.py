@@ -74,7 +74,8 @@ def gauss_step(s: StepData, t: Any, h: Any) -> bool:
 def start_stages(s: Any, t: Any, stages: int) -> None:
     """First guesses of the weighted slopes: the extrapolated polynomial through the weighted slopes of the last steps.
 
-    In the first step the slope at t stands for the guesses and for all slopes of earlier steps.
+    In the first step the slope at t stands for the guesses and for all slopes of earlier steps. For the rows of `table` and
+    `store` see `gauss_step`; `back` is the number of weighted slopes that are kept.
     """
     table, y, x, slope, store = s.table, s.y, s.x, s.slope, s.store
     width, back = x.size, table.shape[1] - 1

@@ -146,7 +146,12 @@ def eliminate_stages(store: Any, m: int) -> None:
 
 
 def correct(s: Any, h: Any, n: int, m: int) -> Any:
-    """Correct multipliers and slopes of all stages; returns the largest change, as `measure_change` does."""
+    """Correct multipliers and slopes of all stages; returns the largest change, as `measure_change` does.
+
+    The three solutions of the linear equations, in columns m to m + 2 of the last m rows of `store`, are combined by the
+    matrix in rows 3 to 5 of `table` to changes of the multipliers. M^-1 G^T, the last m n numbers of `slope`, turns these
+    into changes of the accelerations.
+    """
     table, slope, store = s.table, s.slope, s.store
     pushed = n + 2 * m + m * n
     scale = h * h if INDEX == 3 else h

@@ -76,7 +76,7 @@ def integrate(
     """Integrate from each of `initial` (n, dim) to all `times`, into `out` (n, len(times), dim): the number of steps.
 
     `f` is the address of the recurrences. From `x`, the state and the order, they compute the Taylor coefficients `w`
-    (length,): the coefficient of order k of component i stands at STRIDE i + k. `stop` gets the reason and the sample of the
+    (length,): w[STRIDE * i + k] is the coefficient of order k of component i. `stop` gets the reason and the sample of the
     first early end.
 
     The loop of `step_control` does not fit: the coefficients of a step give its size before it is taken, so no error is
@@ -85,12 +85,12 @@ def integrate(
     dimension = initial.shape[1]
     y, compensation, sizes = np.empty(dimension), np.empty(dimension), np.empty(dimension)
     x, w = np.empty(dimension + 1), np.zeros(length)
+    # The step over the radius of convergence: e^-2 leaves a remainder of e^-2p; the rest is Jorba and Zou's safety factor.
     safety = exp(-2.0 - 0.7 / (order - 1))
     taken = 0
     for n in range(initial.shape[0]):
-        for i in range(dimension):
-            y[i] = initial[n, i]
-            compensation[i] = 0.0
+        y[:] = initial[n]
+        compensation[:] = 0.0
         t, sample, steps, reason = 0.0, 0, 0, 0
         while sample < times.size:
             for i in range(dimension):
