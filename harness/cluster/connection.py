@@ -42,8 +42,8 @@ class Cluster:
 
     def compare(self, wanted: Mapping[str, str]) -> None:
         """Raise ValueError, which names a worker, if its versions or sources differ from the client's in `wanted`."""
-        found = self.client.run(difference, dict(wanted), on_error="return")
-        for worker, different in sorted(found.items()):
+        differences = self.client.run(difference, dict(wanted), on_error="return")
+        for worker, different in sorted(differences.items()):
             if isinstance(different, BaseException):
                 different = f"cannot run gnomon ({type(different).__name__}: {different})"
             if different is not None:

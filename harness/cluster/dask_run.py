@@ -73,7 +73,7 @@ class _Distributed:
     def __post_init__(self) -> None:
         assert isinstance(self.run_.results, Store)
         self.store: Store = self.run_.results
-        self.machines = [one for one in self.store.machines() if one != environment.machine()]
+        self.machines = [machine for machine in self.store.machines() if machine != environment.machine()]
         self.runs[environment.machine()] = self.run_.number
 
     def run(self) -> None:
@@ -101,52 +101,51 @@ class _Distributed:
         run_ = self.run_
         pending = [work for work in run_.work if not self._finished(*work)]
         pending.sort(key=lambda work: work[0].id)
-        costs = [predict_seconds(one, run_.suite, run_.near_duplicates) for one, _, _ in pending]
-        parts = divide(pending, costs, max(1, round(sum(costs) / TASK_SECONDS)))
-        return [part for part in parts if part]
+        costs = [predict_seconds(series, run_.suite, run_.near_duplicates) for series, _, _ in pending]
+        return list(filter(None, divide(pending, costs, max(1, round(sum(costs) / TASK_SECONDS)))))
 
-    def _finished(self, one: Series, trials: tuple[Trial, ...], scorer: Scorer) -> bool:
+    def _finished(self, series: Series, trials: tuple[Trial, ...], scorer: Scorer) -> bool:
         """Whether a series is complete in the file, from one machine; plans it for machines that have measured it."""
-        if self._complete(one, trials, scorer):
+        if self._complete(series, trials, scorer):
             return True
         for machine in self.machines:
-            others = self._trials((one, trials, scorer), machine)
+            others = self._trials((series, trials, scorer), machine)
             if any((trial.key, 1) in self.run_.history for trial in others):
-                self._plan(one, scorer, machine, others, self.run_.number)
-                self.run_.reopen(one, others, len(scorer.reference.turned) > 0)
-                if self._complete(one, others, scorer):
+                self._plan(series, scorer, machine, others, self.run_.number)
+                self.run_.reopen(series, others, len(scorer.reference.turned) > 0)
+                if self._complete(series, others, scorer):
                     return True
         return False
 
     def _trials(self, work: Work, machine: str) -> tuple[Trial, ...]:
         """The trials of a series on a machine."""
-        one, trials, scorer = work
+        series, trials, scorer = work
         if machine == environment.machine():
             return trials
-        return one.trials(scorer.problem(one.form), machine, self.run_.suite.scope.settings)
+        return series.trials(scorer.problem(series.form), machine, self.run_.suite.scope.settings)
 
-    def _complete(self, one: Series, trials: Sequence[Trial], scorer: Scorer) -> bool:
+    def _complete(self, series: Series, trials: Sequence[Trial], scorer: Scorer) -> bool:
         """Whether all launches of a series have nothing left to measure or to skip."""
         run_, needed = self.run_, list[Any]()
         if (trials[0].key, 1) not in run_.history:
             return False
-        suite = run_.suite.of(one.case)
-        for launch in run_.launches(one):
+        suite = run_.suite.of(series.case)
+        for launch in run_.launches(series):
             sweep = Sweep(
-                one, trials, scorer, suite, launch, run_.history, lambda *row: needed.append(row), lambda: None
+                series, trials, scorer, suite, launch, run_.history, lambda *row: needed.append(row), lambda: None
             )
             if sweep.next() is not None or needed:
                 return False
         return True
 
-    def _plan(self, one: Series, scorer: Scorer, machine: str, trials: Sequence[Trial], number: int) -> None:
+    def _plan(self, series: Series, scorer: Scorer, machine: str, trials: Sequence[Trial], number: int) -> None:
         """Record the trials of a series on another machine as planned by a run of the file."""
-        self.store.plan(number, [one.describe(trial, machine=machine, **scorer.summary()) for trial in trials])
+        self.store.plan(number, [series.describe(trial, machine=machine, **scorer.summary()) for trial in trials])
 
     def _content(self, group: Sequence[Work]) -> bytes:
         """A group as the data of a task."""
         run_ = self.run_
-        specs = [CaseSpec.of(one.case, one.formulation) for one, _, _ in group]
+        specs = [CaseSpec.of(series.case, series.formulation) for series, _, _ in group]
         for spec, (_, _, scorer) in zip(specs, group, strict=True):
             if spec not in self.exact:
                 self.exact[spec] = pack(scorer.reference)
@@ -157,16 +156,16 @@ class _Distributed:
             for trial in self._trials(work, machine)
             for launch in {*range(1, run_.suite.timing.launches + 1), *run_.launches(work[0])}
         ]
-        found = Group(
+        task = Group(
             run_.suite,
             run_.near_duplicates,
-            tuple((reference(one.integrator), spec, one.label) for spec, (one, _, _) in zip(specs, group, strict=True)),
+            tuple((reference(s.integrator), spec, s.label) for spec, (s, _, _) in zip(specs, group, strict=True)),
             {spec: self.exact[spec] for spec in specs},
             {key: run_.history[key] for key in measured if key in run_.history},
             {key: run_.interruptions[key] for key in measured if key in run_.interruptions},
-            {one.id: run_.again[one.id] for one, _, _ in group if one.id in run_.again},
+            {series.id: run_.again[series.id] for series, _, _ in group if series.id in run_.again},
         )
-        return pickle.dumps(found)
+        return pickle.dumps(task)
 
     def _record(self, group: Sequence[Work], worker: dict[str, str], measured: Sequence[Row]) -> None:
         """Record the measurements of a group. Raises ValueError for trials that do not belong to its series."""
@@ -182,6 +181,6 @@ class _Distributed:
             self.runs[machine] = self.store.begin_run(self.run_.suite.name, shlex.join(sys.argv), about)
         number = self.runs[machine]
         if number != self.run_.number:
-            for (one, _, scorer), each in zip(group, trials, strict=True):
-                self._plan(one, scorer, machine, each, number)
+            for (series, _, scorer), each in zip(group, trials, strict=True):
+                self._plan(series, scorer, machine, each, number)
         self.store.add_batch(number, measured)

@@ -17,17 +17,15 @@ def identity(cases: Iterable[Case], integrators: Iterable[Integrator]) -> dict[s
 
     Raises ValueError for a case or an integrator without a module that a worker could import.
     """
-    modules = {type(case).__module__ for case in cases}
-    for one in integrators:
-        modules |= {*pickle_integrator(one)[1]}
-    found = environment.versions() | {
+    modules = {type(case).__module__ for case in cases}.union(*(pickle_integrator(method)[1] for method in integrators))
+    versions = environment.versions() | {
         name: environment.versions().get(name, "none") for name in environment.DISTRIBUTIONS
     }
     for module in sorted(name for name in modules if not name.startswith("gnomon.")):
         if _source(module) == "none":
             raise ValueError(f"--dask: workers cannot import {module}; put the integrator or the case into a module")
-        found[f"module {module}"] = _source(module)
-    return found
+        versions[f"module {module}"] = _source(module)
+    return versions
 
 
 def difference(client: Mapping[str, str]) -> str | None:

@@ -59,7 +59,7 @@ def read_measured(path: Path, processes: int = 2) -> list[Measured]:
             f" HAVING sum(status NOT IN ({marks})) > 0 ORDER BY run, min(recorded)",
             (*CANNOT_RUN, Status.SKIPPED),
         ).fetchall()
-    found: dict[str, list[tuple[float, int, float]]] = {}
+    costs: dict[str, list[tuple[float, int, float]]] = {}
     ends, current = list[float](), 0
     for run, series, _, first, last, rows, library, hard, limit, turned in launches:
         began, ended = (datetime.fromisoformat(text).timestamp() for text in (first, last))
@@ -67,14 +67,10 @@ def read_measured(path: Path, processes: int = 2) -> list[Measured]:
             current, ends = run, [began] * processes
         seconds = max(0.0, ended - heapq.heapreplace(ends, max(ended, ends[0])))
         predicted = seconds_of(library, bool(hard), limit or 0.0, turned > 0)
-        found.setdefault(series, []).append((seconds, rows, predicted))
+        costs.setdefault(series, []).append((seconds, rows, predicted))
     return [
-        Measured(
-            sum(each[0] for each in of),
-            sum(each[2] for each in of),
-            sum(each[1] for each in of),
-        )
-        for _, of in sorted(found.items())
+        Measured(sum(each[0] for each in of), sum(each[2] for each in of), sum(each[1] for each in of))
+        for _, of in sorted(costs.items())
     ]
 
 
@@ -106,17 +102,17 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("results", type=Path)
     series = read_measured(parser.parse_args().results)
-    predicted = [one.predicted for one in series]
+    predicted = [measured.predicted for measured in series]
     parts = divide(series, predicted, round(sum(predicted) / TASK_SECONDS))
-    tasks = [(sum(one.seconds for one in part), sum(one.rows for one in part)) for part in parts if part]
+    tasks = [(sum(m.seconds for m in part), sum(m.rows for m in part)) for part in parts if part]
     longest, total = max(seconds for seconds, _ in tasks), sum(seconds for seconds, _ in tasks)
     print(f"{len(series)} series, {total:.0f} s in {len(tasks)} tasks, the longest {longest:.1f} s\n")
     print("| workers | run | workers busy | scheduler busy | client busy |\n|---|---|---|---|---|")
     for workers in WORKERS:
-        found = simulate(tasks, workers)
+        run = simulate(tasks, workers)
         print(
-            f"| {workers} | {found.seconds:.0f} s | {100 * total / workers / found.seconds:.0f} %"
-            f" | {100 * found.scheduler / found.seconds:.0f} % | {100 * found.client / found.seconds:.0f} % |"
+            f"| {workers} | {run.seconds:.0f} s | {100 * total / workers / run.seconds:.0f} %"
+            f" | {100 * run.scheduler / run.seconds:.0f} % | {100 * run.client / run.seconds:.0f} % |"
         )
 
 

@@ -69,11 +69,11 @@ def pack(solution: ReferenceSolution) -> Packed:
     return Packed(content, hashlib.sha256(content).hexdigest())
 
 
-def unpack(given: Packed) -> ReferenceSolution:
+def unpack(packed: Packed) -> ReferenceSolution:
     """The reference solution in packed data. Raises ValueError if the content does not have its hash."""
-    if hashlib.sha256(given.content).hexdigest() != given.digest:
+    if hashlib.sha256(packed.content).hexdigest() != packed.digest:
         raise ValueError("an exact motion arrived damaged: its hash is another one")
-    (message,) = Inbox(decode).take(given.content)
+    (message,) = Inbox(decode).take(packed.content)
     arrays: dict[str, Any] = dict(message.arrays)
     crowded, scale = arrays.pop("crowded").astype(np.bool_), float(arrays.pop("time_scale"))
     return ReferenceSolution(**arrays, crowded=crowded, time_scale=scale)
@@ -131,10 +131,10 @@ def execute(client: Mapping[str, str], content: bytes) -> bytes:
         process.current_process()._config["daemon"] = False  # type: ignore[attr-defined]
         group: Group = pickle.loads(content)
         recorder = _Recorder(dict(group.history), dict(group.interruptions))
-        known = {spec: unpack(one) for spec, one in group.exact.items()}
+        known = {spec: unpack(packed) for spec, packed in group.exact.items()}
         progress, again = Progress(quiet=True), dict(group.again)
         run = PlannedRun(recorder, 0, group.suite, known, progress, group.near_duplicates, again=again)
-        run.plan([_series(*one) for one in group.series])
+        run.plan([_series(*fields) for fields in group.series])
         Pool(1, memory=memory).run(run.sweeps())
     return encode(Message(0, "environment", environment.describe(), {})) + b"".join(recorder.rows)
 
@@ -151,9 +151,9 @@ def rows(content: bytes) -> tuple[dict[str, str], list[Row]]:
     """
     try:
         first, *others = Inbox(decode).take(content)
-        found = {str(name): str(value) for name, value in first.content.items()}
-        if "machine" not in found:
+        worker = {str(name): str(value) for name, value in first.content.items()}
+        if "machine" not in worker:
             raise Garbled("no machine")
-        return found, [(m.content["row"], m.content["options"], m.arrays.get("states")) for m in others]
+        return worker, [(m.content["row"], m.content["options"], m.arrays.get("states")) for m in others]
     except (Garbled, KeyError, ValueError) as error:
         raise ValueError(f"a worker's result cannot be read ({error!r}); restart the workers") from None
