@@ -74,7 +74,7 @@ class Distribution:
     def merged(self, other: Distribution) -> Distribution:
         """The distribution of the samples of both distributions."""
         failed = {
-            name: tuple(sorted((*self.failed.get(name, ()), *other.failed.get(name, ())), key=lambda one: one.index))
+            name: tuple(sorted((*self.failed.get(name, ()), *other.failed.get(name, ())), key=lambda s: s.index))
             for name in {*self.failed, *other.failed}
         }
         return replace(
@@ -83,7 +83,7 @@ class Distribution:
             bins=self.bins + other.bins,
             cells=self.cells + other.cells,
             worst=tuple(sorted((*self.worst, *other.worst)))[: self.keep],
-            failed={name: found[: self.keep] for name, found in failed.items()},
+            failed={name: samples[: self.keep] for name, samples in failed.items()},
         )
 
     @property
@@ -103,15 +103,15 @@ class Distribution:
         independent samples; Sobol points are spread more evenly. Values are rounded outward to edges of bins; None: the
         quantile lies among the samples that failed.
         """
-        total, found = self.inside, []
+        total, quantiles = self.inside, []
         for level in LEVELS:
             if total * (1 - level) < LEAST_BEYOND:
                 break
             low, high = binom.ppf([(1 - CONFIDENCE) / 2, (1 + CONFIDENCE) / 2], total, level)
             ranks = math.ceil(total * level), max(int(low), 1), min(int(high) + 1, total)
             middle, lower, upper = (self._ranked(rank, k != 1) for k, rank in enumerate(ranks))
-            found.append({"level": level, "error": middle, "low": lower, "high": upper})
-        return found
+            quantiles.append({"level": level, "error": middle, "low": lower, "high": upper})
+        return quantiles
 
     def _ranked(self, rank: int, upper: bool) -> float | None:
         """The upper or lower edge of the bin of the error with this rank from 1; None beyond all errors."""
@@ -162,17 +162,17 @@ def count_samples(samples: Samples, sides: tuple[int, int], keep: int) -> Distri
     )
 
 
-def as_data(found: Distribution) -> dict[str, Any]:
+def as_data(distribution: Distribution) -> dict[str, Any]:
     """The distribution as data for JSON, without empty bins and cells."""
-    full = np.flatnonzero(found.bins)
-    cells = np.argwhere(found.cells[[0, 2]].sum(axis=0))
+    full = np.flatnonzero(distribution.bins)
+    cells = np.argwhere(distribution.cells[[0, 2]].sum(axis=0))
     return {
-        "statuses": dict(sorted(found.statuses.items())),
+        "statuses": dict(sorted(distribution.statuses.items())),
         "bins_per_decade": PER_DECADE,
-        "bins": [[float(EDGES[i - 1]) if i else 0.0, int(found.bins[i])] for i in full.tolist()],
+        "bins": [[float(EDGES[i - 1]) if i else 0.0, int(distribution.bins[i])] for i in full.tolist()],
         "confidence": CONFIDENCE,
-        "quantiles": found.quantiles(),
-        "tail": [{"error": limit, "samples": count} for limit, count in found.tail()],
+        "quantiles": distribution.quantiles(),
+        "tail": [{"error": limit, "samples": count} for limit, count in distribution.tail()],
         "cells_per_side": CELLS,
-        "cells": [[i, j, *found.cells[:, i, j].tolist()] for i, j in cells.tolist()],
+        "cells": [[i, j, *distribution.cells[:, i, j].tolist()] for i, j in cells.tolist()],
     }

@@ -34,36 +34,36 @@ class Varied:
     high: float
 
 
-def choose_varied(case: Case, given: Sequence[str] = ()) -> tuple[Varied, ...]:
-    """The numbers that vary: the numbers in `given`, each NAME or NAME=LOW:HIGH, or else all numbers of the start.
+def choose_varied(case: Case, texts: Sequence[str] = ()) -> tuple[Varied, ...]:
+    """The numbers that vary: the numbers in `texts`, each NAME or NAME=LOW:HIGH, or else all numbers of the start.
 
     Without limits a number is drawn from the interval that its domain calls typical. Raises ValueError for an unknown
     name and for invalid limits.
     """
     numbers = [*(c.name for c in case.state), *case.parameters]
-    found: dict[str, Varied] = {}
-    for text in given or [c.name for c in case.state]:
+    varied: dict[str, Varied] = {}
+    for text in texts or [c.name for c in case.state]:
         name, equals, limits = (part.strip() for part in text.partition("="))
         if name not in numbers:
             raise ValueError(f"--vary {text}: {case.name} has no number {name!r}; {nearest(name, numbers)}")
-        if name in found:
+        if name in varied:
             raise ValueError(f"--vary {name}: given twice; give it once")
         low, high = case.domain.ranges.get(name, Range()).typical
         if equals:
             low, high = _limits(text, limits)
-        found[name] = Varied(name, low, high)
-    return tuple(found.values())
+        varied[name] = Varied(name, low, high)
+    return tuple(varied.values())
 
 
 def _limits(text: str, limits: str) -> tuple[float, float]:
     low, _, high = limits.partition(":")
     try:
-        found = float(low), float(high)
+        interval = float(low), float(high)
     except ValueError:
         raise ValueError(f"--vary {text}: write NAME=LOW:HIGH with two numbers") from None
-    if not (math.isfinite(found[0]) and math.isfinite(found[1] - found[0]) and found[0] < found[1]):
+    if not (math.isfinite(interval[0]) and math.isfinite(interval[1] - interval[0]) and interval[0] < interval[1]):
         raise ValueError(f"--vary {text}: the limits must be finite, LOW below HIGH")
-    return found
+    return interval
 
 
 @lru_cache(maxsize=4)
@@ -90,5 +90,5 @@ def unit(seed: int, dimension: int, first: int, count: int) -> Floats:
 
 def numbers(units: Floats, chosen: Sequence[Varied]) -> Floats:
     """The varied numbers of samples, shape of `units`."""
-    low = np.array([one.low for one in chosen])
-    return np.asarray(low + (np.array([one.high for one in chosen]) - low) * units)
+    low = np.array([number.low for number in chosen])
+    return np.asarray(low + (np.array([number.high for number in chosen]) - low) * units)

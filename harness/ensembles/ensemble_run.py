@@ -115,8 +115,8 @@ def probe_apart(ensemble: Ensemble) -> Cost:
         raise ChildProcessError(
             f"{ensemble.integrator} ended its process in the first {PROBE} samples; gnomon run records such a trial"
         )
-    found: Cost = require(cost)
-    return found
+    probe_cost: Cost = require(cost)
+    return probe_cost
 
 
 class Mapper(Protocol):
@@ -151,16 +151,16 @@ def run(job: Job, mapper: Mapper = one_by_one, progress: Progress | None = None)
     progress = progress or Progress(quiet=True)
     firsts = job.firsts
     progress.begin(f"parts of {job.part} samples", len(firsts))
-    found = Distribution(job.keep)
+    distribution = Distribution(job.keep)
     for _, answer in mapper(job, firsts):
-        found = found.merged(pickle.loads(answer))
+        distribution = distribution.merged(pickle.loads(answer))
         progress.advance()
-    if not found.inside:
+    if not distribution.inside:
         raise ValueError(
             f"{job.ensemble.case}: none of {job.samples} samples is in the domain with a known motion; "
             "vary fewer numbers, or in other limits"
         )
-    return found
+    return distribution
 
 
 def samples_of(text: str) -> int:

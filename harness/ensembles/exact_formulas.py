@@ -40,34 +40,34 @@ FORMULAS: dict[str, Formula] = {
 
 def formula(case: Case) -> Formula | None:
     """The formula of a case of gnomon; None for a case without a formula."""
-    found = FORMULAS.get(case.name)
-    return found if found is not None and type(case) is cases.case_class(case.name) else None
+    own = FORMULAS.get(case.name)
+    return own if own is not None and type(case) is cases.case_class(case.name) else None
 
 
 def admit(case: Case, parameters: Floats, starts: Floats) -> Bools:
     """Flags of the rows of parameters (n, p) and starts (n, dim) that lie within the ranges of the domain."""
-    found = np.ones(len(starts), dtype=np.bool_)
+    inside = np.ones(len(starts), dtype=np.bool_)
     columns = zip([*case.parameters, *(c.name for c in case.state)], [*parameters.T, *starts.T], strict=True)
     for name, column in columns:
         allowed = case.domain.ranges.get(name)
         if allowed is not None:
-            found &= (column > allowed.low) if allowed.low_open else (column >= allowed.low)
-            found &= (column < allowed.high) if allowed.high_open else (column <= allowed.high)
-    return found
+            inside &= (column > allowed.low) if allowed.low_open else (column >= allowed.low)
+            inside &= (column < allowed.high) if allowed.high_open else (column <= allowed.high)
+    return inside
 
 
 def exact_states(case: Case, parameters: Floats, starts: Floats, times: Floats) -> tuple[Floats, list[str]]:
     """Exact states (n, k, dim), and for each motion OUTSIDE or NO_EXACT_STATE if its states are nan, otherwise ""."""
     states = np.full((len(starts), len(times), len(case.state)), np.nan)
     inside = admit(case, parameters, starts)
-    reasons = ["" if one else OUTSIDE for one in inside.tolist()]
+    reasons = ["" if is_inside else OUTSIDE for is_inside in inside.tolist()]
     left = np.flatnonzero(inside)
     own = formula(case)
     if own is not None:
-        found, known = own(parameters[left], starts[left], times)
+        exact, known = own(parameters[left], starts[left], times)
         sizes = np.abs(np.hstack([parameters[left], starts[left]]))
         known &= np.all((sizes == 0) | ((sizes > SMALL) & (sizes < LARGE)), axis=1)
-        states[left[known]] = found[known]
+        states[left[known]] = exact[known]
         left = left[~known]
     for i in left.tolist():
         try:

@@ -46,7 +46,7 @@ def _schema(pa: Any, ensemble: Ensemble, samples: int) -> Any:
             field("index", pa.int64(), "1"),
             field("status", pa.dictionary(pa.int32(), pa.string()), "1"),
             field("error", pa.float64(), "1"),
-            *(field(f"number {one.name}", pa.float64(), unit(one.name)) for one in ensemble.vary),
+            *(field(f"number {number.name}", pa.float64(), unit(number.name)) for number in ensemble.vary),
         ],
         metadata={KEY: json.dumps(about).encode()},
     )
@@ -112,7 +112,7 @@ def load_ensemble(path: str | Path, dask: bool = False) -> Any:
         from dask import dataframe
 
         return dataframe.read_parquet([str(file) for file in files])
-    frame = pd.concat([_read_rows(pq, file) for file in files], ignore_index=True)
+    frame = pd.concat([pq.read_table(file).to_pandas().astype({"status": str}) for file in files], ignore_index=True)
     if not np.array_equal(frame["index"], np.arange(rows)) or not frame["status"].isin(STATUSES).all():
         raise ValueError(f"{path}: gnomon writes other indices or statuses; run the ensemble again")
     frame.attrs = about | {"units": {f.name: f.metadata[b"unit"].decode() for f in first}}
@@ -124,7 +124,7 @@ def _verify(file: Path, schema: Any, first: Any) -> None:
     metadata = schema.metadata or {}
     try:
         about = json.loads(metadata[KEY])
-        names = [f"number {one['name']}" for one in about["vary"]]
+        names = [f"number {number['name']}" for number in about["vary"]]
         ours = about["version"] == VERSION and isinstance(about["samples"], int)
         ours = ours and schema.names == ["index", "status", "error", *names]
         ours = ours and all(b"unit" in (field.metadata or {}) for field in schema)
@@ -134,8 +134,3 @@ def _verify(file: Path, schema: Any, first: Any) -> None:
         raise ValueError(f"{file}: not written by gnomon ensemble, or by another version; run the ensemble again")
     if not schema.equals(first, check_metadata=True):
         raise ValueError(f"{file}: of another ensemble than the first part; keep each ensemble in a folder of its own")
-
-
-def _read_rows(pq: Any, file: Path) -> Any:
-    """The samples of a part, a data frame with its statuses as plain text; `pq` is the module pyarrow.parquet."""
-    return pq.read_table(file).to_pandas().astype({"status": str})

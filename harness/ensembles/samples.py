@@ -75,7 +75,7 @@ class Ensemble:
         Raises ValueError outside the domain, and Refused if the integrator gives no finite answer.
         """
         ready = self.prepared
-        row = np.array([[numbers[one.name] for one in self.vary]])
+        row = np.array([[numbers[number.name] for number in self.vary]])
         parameters, starts = ready.split(row)
         exact = with_numbers(ready.case, parameters[0], starts[0]).sample(ready.times)
         states, statuses = ready.solved(parameters, starts)
@@ -103,7 +103,7 @@ class PreparedEnsemble:
     def places(self) -> list[int]:
         """The column of each varied number among parameters and start."""
         names = [*self.case.parameters, *(c.name for c in self.case.state)]
-        return [names.index(one.name) for one in self.ensemble.vary]
+        return [names.index(number.name) for number in self.ensemble.vary]
 
     def unit(self, name: str) -> str:
         """The unit of a number of the case."""
@@ -128,10 +128,10 @@ class PreparedEnsemble:
         If a call raises an exception, each start is solved alone, so that its status does not depend on its neighbours.
         """
         if not self.parameters_vary:
-            found = self._outcome(parameters[0], starts)
-            if found.solution is not None or len(starts) == 1:
-                return self._states(found)
-        alone = [self._states(self._outcome(*one)) for one in zip(parameters, starts[:, np.newaxis], strict=True)]
+            outcome = self._outcome(parameters[0], starts)
+            if outcome.solution is not None or len(starts) == 1:
+                return self._states(outcome)
+        alone = [self._states(self._outcome(*row)) for row in zip(parameters, starts[:, np.newaxis], strict=True)]
         states = np.array([states[0] for states, _ in alone]).reshape(-1, len(self.times), starts.shape[1])
         return states, [status for _, (status,) in alone]
 
@@ -147,18 +147,18 @@ class PreparedEnsemble:
 
         return outcome(call)
 
-    def _states(self, found: Solved) -> tuple[Floats, list[str]]:
-        if found.solution is None:
-            return np.full((1, len(self.times), len(self.case.state)), np.nan), [str(found.status)]
-        finite = np.all(np.isfinite(found.states), axis=(1, 2))
-        return found.states, [str(Status.OK if one else Status.DIVERGED) for one in finite.tolist()]
+    def _states(self, outcome: Solved) -> tuple[Floats, list[str]]:
+        if outcome.solution is None:
+            return np.full((1, len(self.times), len(self.case.state)), np.nan), [str(outcome.status)]
+        finite = np.all(np.isfinite(outcome.states), axis=(1, 2))
+        return outcome.states, [str(Status.OK if is_finite else Status.DIVERGED) for is_finite in finite.tolist()]
 
     def errors(self, states: Floats, exact: Floats) -> Floats:
         """The largest error of each sample over the times, infinite if a state is too large to measure."""
         n, k, dimension = states.shape
         with np.errstate(all="ignore"):
-            found = self.metric.distance(states.reshape(-1, dimension), exact.reshape(-1, dimension))
-        return np.asarray(np.where(np.isfinite(found), found, math.inf).reshape(n, k).max(axis=1))
+            errors = self.metric.distance(states.reshape(-1, dimension), exact.reshape(-1, dimension))
+        return np.asarray(np.where(np.isfinite(errors), errors, math.inf).reshape(n, k).max(axis=1))
 
     def drawn(self, first: int, count: int) -> tuple[Floats, Floats]:
         """Samples in the unit cube, and their varied numbers, (count, d) each."""
@@ -172,12 +172,12 @@ class PreparedEnsemble:
         exact, statuses = exact_states(self.case, parameters, starts, self.times)
         errors = np.full(count, np.nan)
         for begin in range(0, count, BLOCK):
-            given = begin + np.flatnonzero(np.array(statuses[begin : begin + BLOCK]) == "")
-            if not len(given):
+            indices = begin + np.flatnonzero(np.array(statuses[begin : begin + BLOCK]) == "")
+            if not len(indices):
                 continue
-            states, found = self.solved(parameters[given], starts[given])
-            errors[given] = self.errors(states, exact[given])
-            for row, status in zip(given.tolist(), found, strict=True):
+            states, call_statuses = self.solved(parameters[indices], starts[indices])
+            errors[indices] = self.errors(states, exact[indices])
+            for row, status in zip(indices.tolist(), call_statuses, strict=True):
                 statuses[row] = Status.DIVERGED if status == Status.OK and errors[row] == math.inf else status
         errors[np.array(statuses) != Status.OK] = np.nan
         return Samples(first, units, numbers, errors, statuses)
@@ -211,18 +211,18 @@ def short_interval(length: float) -> float:
     return math.ldexp(round(math.ldexp(mantissa, 20)), exponent - 20)
 
 
-def setting_for(case: Case, integrator: Integrator, times: int, given: float | None = None) -> float:
-    """The tolerance or step size of an ensemble over `times` equal intervals; a `given` step is shortened to divide them.
+def setting_for(case: Case, integrator: Integrator, times: int, setting: float | None = None) -> float:
+    """The tolerance or step size of an ensemble over `times` equal intervals; a step `setting` is shortened to divide them.
 
     The default is a tolerance of 1e-9, within the sweep, or the interval divided by the power of two that gives a step of
     at most a 64th of the time scale. Raises ValueError for a setting that is not positive.
     """
-    if given is not None and not 0 < given < math.inf:
-        raise ValueError(f"--setting {given}: give a positive number")
+    if setting is not None and not 0 < setting < math.inf:
+        raise ValueError(f"--setting {setting}: give a positive number")
     sweep = integrator.sweep
     if isinstance(sweep, Tolerance):
-        return min(max(USUAL_TOLERANCE, sweep.tightest), sweep.loosest) if given is None else given
+        return min(max(USUAL_TOLERANCE, sweep.tightest), sweep.loosest) if setting is None else setting
     interval = short_interval(float(case.times[-1]) / times)
-    if given is None:
+    if setting is None:
         return math.ldexp(interval, -max(0, math.ceil(math.log2(interval * STEPS_EACH / case.time_scale))))
-    return interval / max(1.0, math.ceil(interval / given))
+    return interval / max(1.0, math.ceil(interval / setting))
