@@ -50,5 +50,5 @@ class Clock:
     def _with_rates(self, state: Any, factor: float) -> Any:
         if factor == 1 or not self.mirrored:
             return state
-        kept = state.shape[-1] - self.mirrored
-        return np.concatenate([state[..., :kept], factor * state[..., kept:]], axis=-1)
+        split = state.shape[-1] - self.mirrored
+        return np.concatenate([state[..., :split], factor * state[..., split:]], axis=-1)

@@ -77,12 +77,12 @@ def divide(items: Sequence[Item], seconds: Sequence[float], parts: int) -> list[
 
     Consecutive series of one case need one exact motion, which few parts then compute.
     """
-    found: list[list[Item]] = [[] for _ in range(parts)]
+    groups: list[list[Item]] = [[] for _ in range(parts)]
     total, before = sum(seconds), 0.0
     for item, cost in zip(items, seconds, strict=True):
-        found[min(parts - 1, int(parts * (before + cost / 2) / total))].append(item)
+        groups[min(parts - 1, int(parts * (before + cost / 2) / total))].append(item)
         before += cost
-    return found
+    return groups
 
 
 def shard(series: Sequence[Series], suite: Suite, near_duplicates: bool = True) -> list[Series]:
@@ -91,7 +91,7 @@ def shard(series: Sequence[Series], suite: Suite, near_duplicates: bool = True) 
     if count == 1:
         return list(series)
     ordered, costs = _order_series(series, suite, near_duplicates)
-    return [one for piece in divide(ordered, costs, PIECES * count)[place - 1 :: count] for one in piece]
+    return [series for piece in divide(ordered, costs, PIECES * count)[place - 1 :: count] for series in piece]
 
 
 def shard_named(series: Sequence[Series], suite: Suite, near_duplicates: bool = True) -> dict[str, str]:
@@ -100,11 +100,11 @@ def shard_named(series: Sequence[Series], suite: Suite, near_duplicates: bool = 
     if count == 1:
         return {}
     ordered, costs = _order_series(series, suite, near_duplicates)
-    plan = digest(f"{one.id} {cost!r}" for one, cost in zip(ordered, costs, strict=True))
+    plan = digest(f"{series.id} {cost!r}" for series, cost in zip(ordered, costs, strict=True))
     return {SHARD: shard_text(place, count, plan[:8])}
 
 
 def _order_series(series: Sequence[Series], suite: Suite, near_duplicates: bool) -> tuple[list[Series], list[float]]:
     """All series of a plan in the order in which it is divided, and their costs."""
-    ordered = sorted(series, key=lambda one: one.id)
-    return ordered, [predict_seconds(one, suite, near_duplicates) for one in ordered]
+    ordered = sorted(series, key=lambda s: s.id)
+    return ordered, [predict_seconds(series, suite, near_duplicates) for series in ordered]

@@ -64,8 +64,8 @@ class DenseSolution:
         which = np.clip(np.searchsorted(self.ends, times, "left") - 1, 0, len(self._coefficients) - 1)
         low, high = self.ends[which], self.ends[which + 1]
         basis = np.polynomial.chebyshev.chebvander((2 * times - low - high) / (high - low), NODES - 1)
-        found: Floats = np.einsum("tk,tkd->dt", basis, self._coefficients[which])
-        return found[:, 0] if np.ndim(t) == 0 else found
+        values: Floats = np.einsum("tk,tkd->dt", basis, self._coefficients[which])
+        return values[:, 0] if np.ndim(t) == 0 else values
 
 
 def interpolate(
@@ -77,16 +77,16 @@ def interpolate(
     """
     direction = 1.0 if bounds[-1] > bounds[0] else -1.0
     span = abs(bounds[-1] - bounds[0])
-    kept = [bounds[0]]
+    knots = [bounds[0]]
     for end in bounds[1:]:
-        if abs(end - kept[-1]) > SHORTEST * span:
-            kept.append(end)
-    kept[-1] = bounds[-1]
+        if abs(end - knots[-1]) > SHORTEST * span:
+            knots.append(end)
+    knots[-1] = bounds[-1]
     waiting = []
-    for low, high in pairwise(kept):
+    for low, high in pairwise(knots):
         cuts = np.linspace(low, high, 1 + max(1, round(FIRST * abs(high - low) / span)))
         waiting += list(zip(cuts[:-1].tolist(), cuts[1:].tolist(), strict=True))
-    done: list[tuple[float, float, Floats]] = []
+    pieces: list[tuple[float, float, Floats]] = []
     worst = 0.0
     for halving in range(halvings + 1):
         pairs = np.array(waiting)
@@ -98,7 +98,7 @@ def interpolate(
         again = []
         for (low, high), each, error in zip(waiting, coefficients, errors, strict=True):
             if error <= tolerance or halving == halvings:
-                done.append((low, high, each))
+                pieces.append((low, high, each))
                 worst = max(worst, float(error))
             else:
                 again += [(low, (low + high) / 2), ((low + high) / 2, high)]
@@ -107,8 +107,8 @@ def interpolate(
             break
     if direction < 0:  # a polynomial backward in time: odd coefficients change their sign
         signs = (-1.0) ** np.arange(NODES)[:, None]
-        done = [(high, low, signs * each) for low, high, each in done]
-    done.sort(key=lambda each: each[0])
+        pieces = [(high, low, signs * each) for low, high, each in pieces]
+    pieces.sort(key=lambda each: each[0])
     return DenseSolution(
-        np.array([done[0][0], *(high for _, high, _ in done)]), worst, np.array([each for *_, each in done])
+        np.array([pieces[0][0], *(high for _, high, _ in pieces)]), worst, np.array([each for *_, each in pieces])
     )

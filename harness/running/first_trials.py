@@ -58,20 +58,16 @@ def crashes(
     series = []
     for integrator in filter(is_users_own, integrators):
         pairs = plan.pairs(chosen, [integrator], formulations=False)
-        series += [one for one in pairs if one.left_out is None][:1]
-    found = reference_solutions(list(dict.fromkeys(CaseSpec.of(one.case) for one in series)), lambda: None)
+        series += [pair for pair in pairs if pair.left_out is None][:1]
+    solutions = reference_solutions(list(dict.fromkeys(CaseSpec.of(pair.case) for pair in series)), lambda: None)
     trials = []
-    for one in series:
-        exact = found[CaseSpec.of(one.case)]
+    for pair in series:
+        case, integrator, exact = pair.case, pair.integrator, solutions[CaseSpec.of(pair.case)]
         if isinstance(exact, ReferenceSolution):  # else the run reports the error of the case
-            problem = problem_of(one.case, one.integrator.accepts)
-            settings = sweep_settings(one.integrator, one.case, problem, suite.scope.settings)
-            chosen_two = [settings[0], settings[len(settings) // 2]]
-            trials.append(
-                FirstTrial(
-                    one.integrator, one.case.id, task_of(one, exact), suite.limit(one.case, one.integrator), chosen_two
-                )
-            )
+            problem = problem_of(case, integrator.accepts)
+            settings = sweep_settings(integrator, case, problem, suite.scope.settings)
+            chosen_two, limit = [settings[0], settings[len(settings) // 2]], suite.limit(case, integrator)
+            trials.append(FirstTrial(integrator, case.id, task_of(pair, exact), limit, chosen_two))
     if trials:
         Pool(1, start_method(trial.integrator for trial in trials), prepare_seconds).run(trials)
     return [f"{trial.integrator.id} on {trial.case_id}: {trial.crashes[-1]}" for trial in trials if not trial.passed]

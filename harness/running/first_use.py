@@ -33,7 +33,7 @@ def first_seconds(integrator: Reference, spec: CaseSpec, setting: float, folder:
     with tempfile.TemporaryDirectory(dir=folder) as empty, suppress(OSError, subprocess.SubprocessError, ValueError):
         places = {name: str(Path(empty) / name) for name in CACHES}
         paths = {"PYTHONPATH": os.pathsep.join(path or os.getcwd() for path in sys.path)}
-        done = subprocess.run(
+        process = subprocess.run(
             [sys.executable, "-m", __name__],
             input=pickle.dumps((integrator, spec, setting)),
             env=os.environ | places | paths,
@@ -42,7 +42,7 @@ def first_seconds(integrator: Reference, spec: CaseSpec, setting: float, folder:
             timeout=MOST_SECONDS,
             check=True,
         )
-        return float(done.stdout.split()[-1])
+        return float(process.stdout.split()[-1])
     return None
 
 

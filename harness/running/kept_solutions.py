@@ -22,18 +22,18 @@ from gnomon import cases
 def specs() -> list[CaseSpec]:
     """The cases whose exact states the file holds."""
     shown = [case for case, _ in selection.choose(plan.suite("standard").names(), False)]
-    found = [CaseSpec.of(case, own) for case in shown for own in (None, *case.formulations)]
-    return list(dict.fromkeys([*found, *(CaseSpec.of(cases.get(*pair).rounded()) for pair in every_variant())]))
+    shown_specs = [CaseSpec.of(case, own) for case in shown for own in (None, *case.formulations)]
+    return list(dict.fromkeys([*shown_specs, *(CaseSpec.of(cases.get(*pair).rounded()) for pair in every_variant())]))
 
 
 def write(path: Path) -> None:
     """Write the file. Raises ValueError if a case has no reference solution."""
-    found = reference_solutions(specs(), lambda: None)
-    entries = dict(make_entry(spec, solution) for spec, solution in found.items())
+    solutions = reference_solutions(specs(), lambda: None)
+    entries = dict(make_entry(spec, solution) for spec, solution in solutions.items())
     every = [case for case, _ in selection.choose(cases.names(), False) if case.hierarchy]
     workers = min(os.cpu_count() or 1, len(every))
-    for _, made in calls(model_hierarchy.make_entry, every, workers):
-        key, entry = require(made)
+    for _, answer in calls(model_hierarchy.make_entry, every, workers):
+        key, entry = require(answer)
         entries[key] = entry
     diskcache.write_pack(path, entries)
 

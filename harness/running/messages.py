@@ -36,13 +36,13 @@ def decode(text: bytes, raw: bytes) -> Message:
     if not (isinstance(request, int) and isinstance(stage, str) and isinstance(content, dict)):
         raise TypeError("not a message")
     arrays: dict[str, Floats] = {}
-    values, taken = np.frombuffer(raw, dtype="<f8"), 0
+    values, start = np.frombuffer(raw, dtype="<f8"), 0
     for name, shape in shapes.items():
         if min(shape, default=0) < 0:
             raise ValueError("a length below zero")
         size = prod(shape)
-        arrays[name] = values[taken : taken + size].reshape(shape)
-        taken += size
+        arrays[name] = values[start : start + size].reshape(shape)
+        start += size
     return Message(request, stage, content, arrays)
 
 

@@ -19,7 +19,7 @@ from gnomon.harness.running.plan import Series, Trial
 Place = tuple[int, int, int]
 
 
-def places(series: Iterable[Series]) -> dict[str, Place]:
+def places(all_series: Iterable[Series]) -> dict[str, Place]:
     """The place of each series by its id; all series of one case variant have the same place.
 
     Default variants come first: the first case of each kind of system, then the second case of each kind, and so on. Their
@@ -28,13 +28,13 @@ def places(series: Iterable[Series]) -> dict[str, Place]:
     order: dict[str, Place] = {}
     ranks: dict[str, tuple[int, int]] = {}
     counts = Counter[int]()
-    for one in series:
-        if one.case.name not in ranks:
-            kind = _kind(one.case)
-            ranks[one.case.name] = counts[kind], kind
+    for series in all_series:
+        if series.case.name not in ranks:
+            kind = _kind(series.case)
+            ranks[series.case.name] = counts[kind], kind
             counts[kind] += 1
-        stage = 2 if one.case.variant is not None else int(one.over_timing_span)
-        order[one.id] = stage, *ranks[one.case.name]
+        stage = 2 if series.case.variant is not None else int(series.over_timing_span)
+        order[series.id] = stage, *ranks[series.case.name]
     return order
 
 
@@ -50,17 +50,17 @@ SERIES_OF_A_LIBRARY = 6
 Item = TypeVar("Item")
 
 
-def choose_for_scatter(series: Iterable[Series]) -> list[Series]:
+def choose_for_scatter(all_series: Iterable[Series]) -> list[Series]:
     """SERIES_OF_A_LIBRARY series of each library, on default variants: each one on the next case, by the next integrator."""
     by_library: dict[str, dict[str, list[Series]]] = {}
-    for one in series:
-        if one.left_out is None and one.formulation is None and one.case.variant is None and not one.label:
-            by_library.setdefault(one.integrator.library, {}).setdefault(one.case.name, []).append(one)
+    for series in all_series:
+        if series.left_out is None and series.formulation is None and series.case.variant is None and not series.label:
+            by_library.setdefault(series.integrator.library, {}).setdefault(series.case.name, []).append(series)
     chosen = []
     for by_case in by_library.values():
         cases = [*by_case.values()]
         turns = (own[k % len(own)] for k, own in enumerate(cases * SERIES_OF_A_LIBRARY))
-        chosen += list({one.id: one for one in turns}.values())[:SERIES_OF_A_LIBRARY]
+        chosen += list({series.id: series for series in turns}.values())[:SERIES_OF_A_LIBRARY]
     return chosen
 
 
@@ -77,9 +77,9 @@ def middle_trial(trials: Sequence[Trial], history: Mapping[tuple[str, int], Know
 
 def spread(launches: Sequence[Item], blocks: Sequence[Sequence[Item]]) -> list[Item]:
     """The launches with the blocks among them, at equal distances and the last block at the end."""
-    order, done = list[Item](), 0
+    order, begin = list[Item](), 0
     for number, block in enumerate(blocks, 1):
         until = round(len(launches) * number / len(blocks))
-        order += [*launches[done:until], *block]
-        done = until
-    return [*order, *launches[done:]]
+        order += [*launches[begin:until], *block]
+        begin = until
+    return [*order, *launches[begin:]]

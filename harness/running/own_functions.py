@@ -63,12 +63,12 @@ class NotRealError(ValueError):
 
 def real(values: Any) -> Floats:
     """The values as a float64 array; never without an imaginary part that they have. Raises NotRealError."""
-    found = np.asarray(values)
-    if found.dtype.kind == "c":
-        raise NotRealError(f"gives complex numbers, {short(found.tolist())}: {IN_PARTS}")
-    if found.dtype.kind not in "iuf":
-        raise NotRealError(f"gives {short(found.tolist())}; let it give real numbers")
-    return found.astype(np.float64)
+    array = np.asarray(values)
+    if array.dtype.kind == "c":
+        raise NotRealError(f"gives complex numbers, {short(array.tolist())}: {IN_PARTS}")
+    if array.dtype.kind not in "iuf":
+        raise NotRealError(f"gives {short(array.tolist())}; let it give real numbers")
+    return array.astype(np.float64)
 
 
 def _is_number(value: Any) -> bool:
@@ -102,11 +102,11 @@ class OwnFunction:
             raise ValueError(f"fun={self.function!r}: give a function of (t, y), or a form")
         try:
             with np.errstate(all="ignore"):
-                found = np.asarray(self.function(t, y.copy(), *self.arguments.args))
+                values = np.asarray(self.function(t, y.copy(), *self.arguments.args))
         except Exception as error:
             raise ValueError(self.failed(error, t, y)) from error
         try:
-            return np.atleast_1d(real(found))
+            return np.atleast_1d(real(values))
         except NotRealError as error:
             raise ValueError(f"{place(self.function)} {error}, at t={t:g}") from None
 
@@ -119,8 +119,8 @@ class OwnFunction:
         """A function with the arguments of the user's as one of (t, state, parameters) by the clock of the problem."""
 
         def equations(t: Any, state: Any, parameters: Any) -> Any:
-            given = self.arguments.with_parameters(parameters)
-            return self._scaled(function(self.clock.time(t), self.clock.own(state), *given))
+            args = self.arguments.with_parameters(parameters)
+            return self._scaled(function(self.clock.time(t), self.clock.own(state), *args))
 
         return equations
 
@@ -133,9 +133,9 @@ class OwnFunction:
         """The function as formulas (t, state, parameters). Raises NoFormulasError."""
         name = getattr(self.function, "__name__", "equations")
         sizes = len(self.start), len(self.arguments.numbers), self.outputs
-        found = formulas(self.function, self.bound, name if name.isidentifier() else "equations", sizes)
+        own_formulas = formulas(self.function, self.bound, name if name.isidentifier() else "equations", sizes)
         try:
-            check_values(found, sizes[:2], self.outputs)  # before it is compiled, which does the same
+            check_values(own_formulas, sizes[:2], self.outputs)  # before it is compiled, which does the same
         except ValueError as error:
             raise NoFormulasError(str(error)) from error
         plain, start = self.bound(self.function), self.clock.given(self.start)
@@ -143,31 +143,31 @@ class OwnFunction:
             try:
                 with np.errstate(all="ignore"):
                     wanted = np.ravel(plain(t, y.copy(), ())).astype(np.float64)
-                    got = found(t, tuple(y.tolist()), tuple(self.arguments.numbers))
+                    got = own_formulas(t, tuple(y.tolist()), tuple(self.arguments.numbers))
             except Exception:  # outside of its domain there is nothing to compare
                 continue
             if not np.allclose(got, wanted, rtol=SAME, atol=SAME * np.abs(wanted).max(), equal_nan=True):
                 raise NoFormulasError("it gives other values on symbols than on numbers")
-        return found
+        return own_formulas
 
     def called(self) -> Called:
         """The function as equations that are called from Python, at times between the limits of the clock."""
         return Called(self._from_python, self.outputs)
 
     def _from_python(self, t: float, y: Floats) -> Any:
-        clock, given = self.clock, self.arguments.args
+        clock, args = self.clock, self.arguments.args
         state, wanted, time = clock.own(y), clock.time(t), clock.within(t)
-        found = real(self.function(time, state.copy(), *given))
+        values = real(self.function(time, state.copy(), *args))
         if abs(wanted - time) > OUTSIDE * (clock.last - clock.first):
             # Substeps of some splitting methods leave their step. That is no harm if the time does not matter.
             for other in (clock.first, 0.5 * (clock.first + clock.last)):
-                if not np.array_equal(found, real(self.function(other, state.copy(), *given)), equal_nan=True):
+                if not np.array_equal(values, real(self.function(other, state.copy(), *args)), equal_nan=True):
                     raise Refused(
                         f"{place(self.function)} depends on time, and this method evaluates it outside of its steps, at"
                         f" t={wanted:g}, where it may not be known: take a method whose"
                         " substeps stay within its steps, as gnomon:Störmer-Verlet or gnomon:RKN 12(10)"
                     )
-        return self._scaled(found)
+        return self._scaled(values)
 
     def seconds(self) -> float:
         """The least time of some calls; of one if it is long."""
@@ -212,26 +212,26 @@ class OwnEquations:
         function = jacobian if constant is None else lambda t, y, *args: constant
         own = OwnFunction(function, self.clock, self.own.arguments, n * n, self.start, self.clock.rate, (n, n))
         try:
-            found: Any = own.formulas()
+            partials: Any = own.formulas()
         except NoFormulasError:
-            found = self.jacobian = own.called()
+            partials = self.jacobian = own.called()
             self.own_jacobian = own
         self.forms = tuple(
-            WithJacobian(x.equations, source=x.source, jacobian=found) if isinstance(x, FirstOrder) else x
+            WithJacobian(x.equations, source=x.source, jacobian=partials) if isinstance(x, FirstOrder) else x
             for x in self.forms
         )
 
     def _call_from_python(self, accelerations: bool) -> None:
-        found = self.called = self.own.called()
-        found.watch = CallWatch(place(self.own.function), self.own.clock)
-        self.forms = (FirstOrder(found),)
+        called = self.called = self.own.called()
+        called.watch = CallWatch(place(self.own.function), self.own.clock)
+        self.forms = (FirstOrder(called),)
         if accelerations:
             half = self.own.outputs
 
             def motion(t: float, state: Floats) -> Floats:
-                return np.concatenate([state[half:], found.values(t, state[:half])])
+                return np.concatenate([state[half:], called.values(t, state[:half])])
 
-            self.forms = (SecondOrder(found), FirstOrder(Called(motion, 2 * half)))
+            self.forms = (SecondOrder(called), FirstOrder(Called(motion, 2 * half)))
         where = place(self.own.function)
         if where not in _TOLD:
             _TOLD.add(where)
@@ -302,8 +302,8 @@ class CaseEquations:
     def __call__(self, t: float, y: Sequence[float] | Floats) -> Floats:
         """The derivatives of a state (dim,) at a time."""
         numbers = np.array([*self.parameters.values()])
-        found: Floats = self._kernel.array(float(t), np.array(y, dtype=np.float64), numbers)
-        return found
+        derivatives: Floats = self._kernel.array(float(t), np.array(y, dtype=np.float64), numbers)
+        return derivatives
 
 
 def with_events(equations: OwnEquations, events: Sequence[Callable[..., Any]], before: Sequence[int] = ()) -> Hybrid:

@@ -106,16 +106,16 @@ def piece_clock(whole: Clock, bounds: Sequence[float], begin: float, end: float)
 def array(values: Any, name: str) -> Floats:
     """A sequence of finite numbers as an array (n,). Raises ValueError with the name for other values."""
     try:
-        found = np.array(values)
-        if found.dtype.kind != "c":
-            found = found.astype(np.float64)
+        numbers = np.array(values)
+        if numbers.dtype.kind != "c":
+            numbers = numbers.astype(np.float64)
     except (TypeError, ValueError):
-        found = np.empty(0)
-    if found.dtype.kind == "c":
+        numbers = np.empty(0)
+    if numbers.dtype.kind == "c":
         raise ValueError(f"{name}={short(values)} is complex: {IN_PARTS}")
-    if found.ndim != 1 or not len(found) or not np.isfinite(found).all():
+    if numbers.ndim != 1 or not len(numbers) or not np.isfinite(numbers).all():
         raise ValueError(f"{name}={short(values)}: give a sequence of finite numbers")
-    return found
+    return numbers
 
 
 @dataclass(frozen=True)
@@ -148,13 +148,13 @@ class Stated:
         if not self.derived or own.called is not None:
             return Equations(own.forms, own.parameters, own)
         first = next(form for form in own.forms if isinstance(form, FirstOrder))
-        found = derive_forms(first, len(start), len(own.parameters))
-        forms = (*own.forms, *(form for form in found.forms if type(form) is not FirstOrder))
-        if found.order != tuple(range(len(start))):
-            forms = found.forms
-        factors = None if found.factors is None else np.array(found.factors(tuple(own.parameters)))
-        forms = found.forms if factors is not None else forms
-        return Equations(forms, own.parameters, own, found.order, factors, found.lacking)
+        derived = derive_forms(first, len(start), len(own.parameters))
+        forms = (*own.forms, *(form for form in derived.forms if type(form) is not FirstOrder))
+        if derived.order != tuple(range(len(start))):
+            forms = derived.forms
+        factors = None if derived.factors is None else np.array(derived.factors(tuple(own.parameters)))
+        forms = derived.forms if factors is not None else forms
+        return Equations(forms, own.parameters, own, derived.order, factors, derived.lacking)
 
 
 @dataclass(frozen=True)
@@ -173,19 +173,19 @@ class Equations:
 
     def given(self, clock: Clock, state: Floats) -> Floats:
         """A state in the form of the user, changed into a state of the forms."""
-        found: Floats = state if self.own is None else clock.given(state)
-        found = found if self.factors is None else found * self.factors
-        return found if self.order is None else found[list(self.order)]
+        form_state: Floats = state if self.own is None else clock.given(state)
+        form_state = form_state if self.factors is None else form_state * self.factors
+        return form_state if self.order is None else form_state[list(self.order)]
 
     def back(self, clock: Clock, states: Floats) -> Floats:
         """States (n, dim) of the forms, changed into states in the form of the user."""
-        found: Floats = clock.own(states)
-        found = found if self.order is None else found[:, np.argsort(self.order)]
-        return found if self.factors is None else found / self.factors
+        own_states: Floats = clock.own(states)
+        own_states = own_states if self.order is None else own_states[:, np.argsort(self.order)]
+        return own_states if self.factors is None else own_states / self.factors
 
 
 @dataclass
-class Found:
+class Course:
     """The states at the wanted times, nan where the method did not arrive, and the events, by the user's clock."""
 
     states: Floats
@@ -219,9 +219,9 @@ class Motion:
     is_repeated: bool = False
     """Whether the motion has been integrated already."""
 
-    def at(self, wanted: Floats, to_end: bool = True) -> Found:
+    def at(self, wanted: Floats, to_end: bool = True) -> Course:
         """Integrate to the `wanted` times, which begin after the start, and with `to_end` further to the end of the span."""
-        found = Found(np.full((len(wanted), len(self.start)), np.nan), t_events=[[] for _ in self.stated.events])
+        course = Course(np.full((len(wanted), len(self.start)), np.nan), t_events=[[] for _ in self.stated.events])
         state, direction = self.start, self.whole.clock.direction
         passed = 0
         for begin, end in pairwise(self.bounds):
@@ -229,22 +229,22 @@ class Motion:
             last = not to_end and passed + len(here) == len(wanted)
             ends = here if last or (len(here) and here[-1] == end) else np.append(here, end)
             if len(ends):
-                state = self._piece(found, begin, end, ends, state, passed, len(here))
+                state = self._piece(course, begin, end, ends, state, passed, len(here))
             passed += len(here)
-            if last or found.stopped is not None or found.end is not None:
+            if last or course.stopped is not None or course.end is not None:
                 break
         self.is_repeated = True
-        return found
+        return course
 
     def _piece(
-        self, found: Found, begin: float, end: float, ends: Floats, state: Floats, passed: int, count: int
+        self, course: Course, begin: float, end: float, ends: Floats, state: Floats, passed: int, count: int
     ) -> Floats:
         """Integrate a piece from `begin` to the times `ends`, and return the last state; the first `count` times are wanted."""
         whole = self.whole.clock
         times = Times.of((begin, ends[-1]), ends, whole.mirrored, whole.scale)
         times = replace(times, clock=piece_clock(whole, self.bounds, begin, end))
         if begin not in self.pieces:
-            self.pieces[begin] = self.stated.by(times.clock, state, [len(each) for each in found.t_events])
+            self.pieces[begin] = self.stated.by(times.clock, state, [len(each) for each in course.t_events])
         equations, clock = self.pieces[begin], times.clock
         own = equations.own
         called = None if own is None else own.called
@@ -255,13 +255,13 @@ class Motion:
         problem = replace(problem, time_scale=self.scales.setdefault(begin, problem.time_scale))
         integrator, step, exact = self.with_step(problem)
         solution, calls = _run(integrator, problem, step, equations.given(clock, state), own)
-        found.calls += calls
+        course.calls += calls
         if isinstance(self.integrator.sweep, Steps):
-            found.step, found.exact = max(found.step or 0.0, step * clock.scale), found.exact and exact
+            course.step, course.exact = max(course.step or 0.0, step * clock.scale), course.exact and exact
         states = equations.back(clock, solution.states[0])
-        found.states[passed : passed + count] = states[:count]
-        found.stopped = solution.stopped
-        self._add_events(found, solution, clock)
+        course.states[passed : passed + count] = states[:count]
+        course.stopped = solution.stopped
+        self._add_events(course, solution, clock)
         return np.array(states[-1])
 
     def with_step(self, problem: Problem) -> tuple[Integrator, float, bool]:
@@ -283,17 +283,17 @@ class Motion:
         integrator.stops_aside = True  # type: ignore[attr-defined]
         return integrator, setting, True
 
-    def _add_events(self, found: Found, solution: Solution, clock: Clock) -> None:
+    def _add_events(self, course: Course, solution: Solution, clock: Clock) -> None:
         if not self.stated.events:
-            found.changes += [time for time, _ in solution.events or ()]
+            course.changes += [time for time, _ in solution.events or ()]
         for number, event in enumerate(self.stated.events):
             most = most_occurrences(event)
             for time, name in solution.events or ():
                 which, way = name.split()
                 if int(which) == number and is_counted(event, 1 if way == "up" else -1):
-                    found.t_events[number].append(float(clock.time(time)))
-            if most and len(found.t_events[number]) >= most:
-                found.end = found.t_events[number][-1]
+                    course.t_events[number].append(float(clock.time(time)))
+            if most and len(course.t_events[number]) >= most:
+                course.end = course.t_events[number][-1]
 
 
 def _run(

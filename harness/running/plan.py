@@ -208,36 +208,36 @@ class Suite:
         Engines that are declared for one suite run in this suite alone.
         """
 
-        def runs(one: Integrator) -> bool:
-            library = LIBRARIES.get(one.library)
+        def runs(integrator: Integrator) -> bool:
+            library = LIBRARIES.get(integrator.library)
             if library is not None and library.suite not in (None, self.name):
                 return False
             if self.scope.engines:
-                return is_engine(one) and one.library != "engine"
-            return not self.scope.primary or one.primary or one.id in self.scope.for_stiff
+                return is_engine(integrator) and integrator.library != "engine"
+            return not self.scope.primary or integrator.primary or integrator.id in self.scope.for_stiff
 
-        return tuple(one for one in integrators if runs(one))
+        return tuple(integrator for integrator in integrators if runs(integrator))
 
     def has(self, series: Series) -> bool:
         """Whether a series belongs to the suite; false for a method that is `for_stiff` or `for_events` elsewhere."""
-        one, name = series.case, series.integrator.id
+        case, name = series.case, series.integrator.id
         if name in self.scope.for_stiff:
-            return series.formulation is None and f"{one.name}/{one.variant}" in STIFF
-        return name not in self.scope.for_events or one.hybrid is not None
+            return series.formulation is None and f"{case.name}/{case.variant}" in STIFF
+        return name not in self.scope.for_events or case.hybrid is not None
 
     def budget(self, integrators: Iterable[Integrator]) -> float:
         """Minutes of a run with these integrators after which no repeated launch begins; missing ones take no time."""
-        present = [one for one in integrators if one.library in LIBRARIES and lookup.missing(one) is None]
-        found = {LIBRARIES[one.library].extra for one in present}
-        return self.limits.minutes_with_peers if "peers" in found else self.limits.minutes
+        known = [integrator for integrator in integrators if integrator.library in LIBRARIES]
+        extras = {LIBRARIES[integrator.library].extra for integrator in known if lookup.missing(integrator) is None}
+        return self.limits.minutes_with_peers if "peers" in extras else self.limits.minutes
 
     def limit(self, case: Case, integrator: Integrator) -> float:
         """The time limit of one trial of a case (s); longer for engines, and if a span is longer than 1000 time scales."""
-        found = self.limits.limit_seconds
+        seconds = self.limits.limit_seconds
         if case.variant is not None:
             length = float(case.span) / case.time_scale / LONG
-            found = min(self.limits.long_limit_seconds, self.limits.variant_limit_seconds * max(1.0, length))
-        return max(found, self.limits.engine_limit_seconds) if is_engine(integrator) else found
+            seconds = min(self.limits.long_limit_seconds, self.limits.variant_limit_seconds * max(1.0, length))
+        return max(seconds, self.limits.engine_limit_seconds) if is_engine(integrator) else seconds
 
 
 PARTS: dict[str, type] = {"scope": Scope, "timing": Timing, "limits": Limits}
@@ -249,8 +249,8 @@ def _make_suite(name: str, rest: dict[str, Any] | None = None, **row: Any) -> Su
     """A suite from a table of suites.toml, which has the fields of all its parts."""
     row = {key: tuple(value) if isinstance(value, list) else value for key, value in row.items()}
     if named := row.get("integrators"):
-        quick = tuple(f"{one.name}:{name}" for one in LIBRARIES.values() for name in one.quick)
-        row["integrators"] += () if any(one.partition(":")[0] in LIBRARIES for one in named) else quick
+        quick = tuple(f"{library.name}:{name}" for library in LIBRARIES.values() for name in library.quick)
+        row["integrators"] += () if any(name.partition(":")[0] in LIBRARIES for name in named) else quick
     parts = {part: kind(**{key: row.pop(key) for key in FIELDS[part] & row.keys()}) for part, kind in PARTS.items()}
     return Suite(name, **parts, **row, rest=None if rest is None else _make_suite("rest", **rest))
 

@@ -14,12 +14,7 @@ from gnomon.cases import Case
 from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.contract.status import Status
 from gnomon.harness.kernels.compiling import cache_folder
-from gnomon.harness.measuring.reference_solution import (
-    CaseSpec,
-    ReferenceSolution,
-    find_kept,
-    reference_solutions,
-)
+from gnomon.harness.measuring.reference_solution import CaseSpec, ReferenceSolution, find_kept, reference_solutions
 from gnomon.harness.measuring.score import Scorer
 from gnomon.harness.registry import declaration, environment, lookup, references
 from gnomon.harness.registry.selection import DEFAULT
@@ -119,12 +114,12 @@ def open_run(
     lookup.require_distinct(integrators)
     _verify_caches()
     every = plan.pairs(chosen, integrators, suite.scope.formulations, near_duplicates, even=suite.scope.for_stiff)
-    whole = [one for one in every if suite.has(one)]
+    whole = list(filter(suite.has, every))
     series, named = shard(whole, suite, near_duplicates), shard_named(whole, suite, near_duplicates)
     with progress, Store(path) as results:
         first, later = (series, []) if at_once else _in_two(series)
         known, broken = _reference_solutions(first, progress)
-        calls = python_calls() if any(one.library == "scipy" for one in integrators) else {}
+        calls = python_calls() if any(integrator.library == "scipy" for integrator in integrators) else {}
         ended = results.noted(suite.name, rounds.NAME)
         number = results.begin_run(suite.name, shlex.join(sys.argv), environment.describe() | calls | named)
         run_ = PlannedRun(results, number, suite, known, progress, near_duplicates, named, later=later, broken=broken)
@@ -142,13 +137,13 @@ def _verify_caches() -> None:
     cachefolder.prepare(cache_folder(), diskcache.folder())
 
 
-def _in_two(series: Sequence[Series]) -> tuple[Sequence[Series], Sequence[Series]]:
+def _in_two(all_series: Sequence[Series]) -> tuple[Sequence[Series], Sequence[Series]]:
     """(first, later): series whose exact motions are on disk, or else the series of the first case; all other series."""
-    specs = dict.fromkeys(CaseSpec.of(one.case, one.formulation) for one in series)
+    specs = dict.fromkeys(CaseSpec.of(series.case, series.formulation) for series in all_series)
     ready = {spec for spec in specs if find_kept(spec) is not None} or {*list(specs)[:1]}
     parts: tuple[list[Series], list[Series]] = [], []
-    for one in series:
-        parts[CaseSpec.of(one.case, one.formulation) not in ready].append(one)
+    for series in all_series:
+        parts[CaseSpec.of(series.case, series.formulation) not in ready].append(series)
     return parts
 
 
@@ -158,9 +153,9 @@ def _reference_solutions(
     """The reference solutions of all cases in the run, and the error messages of the cases without one."""
     wanted = dict.fromkeys(CaseSpec.of(s.case, s.formulation) for s in series)
     progress.begin("exact motions", len(wanted))
-    found = reference_solutions(list(wanted), progress.advance)
-    known = {spec: exact for spec, exact in found.items() if isinstance(exact, ReferenceSolution)}
-    return known, {spec: exact for spec, exact in found.items() if isinstance(exact, str)}
+    solutions = reference_solutions(list(wanted), progress.advance)
+    known = {spec: exact for spec, exact in solutions.items() if isinstance(exact, ReferenceSolution)}
+    return known, {spec: exact for spec, exact in solutions.items() if isinstance(exact, str)}
 
 
 def _name_series(series: Series) -> Names:
@@ -222,23 +217,23 @@ class PlannedRun:
         for key, launch in self.history:
             self.known.setdefault(key, []).append(launch)
 
-    def plan(self, series: Sequence[Series]) -> None:
+    def plan(self, all_series: Sequence[Series]) -> None:
         """Record the trials of all series; for pairs that cannot run, also record the status."""
         rows: list[dict[str, Any]] = []
         left_out: list[dict[str, Any]] = []
-        for one in series:
-            spec = CaseSpec.of(one.case, one.formulation)
+        for series in all_series:
+            spec = CaseSpec.of(series.case, series.formulation)
             if spec not in self.reference_solutions:
                 continue
-            scorer = self._scorer(spec, one)
-            trials = one.trials(scorer.problem(one.form), settings=self.suite.scope.settings)
-            rows += [one.describe(trial, **scorer.summary()) for trial in trials]
-            if self.history and one.left_out is None:
-                self.reopen(one, trials, len(scorer.reference.turned) > 0 and not one.over_timing_span)
-            if one.left_out is None:
-                self.work.append((one, trials, scorer))
+            scorer = self._scorer(spec, series)
+            trials = series.trials(scorer.problem(series.form), settings=self.suite.scope.settings)
+            rows += [series.describe(trial, **scorer.summary()) for trial in trials]
+            if self.history and series.left_out is None:
+                self.reopen(series, trials, len(scorer.reference.turned) > 0 and not series.over_timing_span)
+            if series.left_out is None:
+                self.work.append((series, trials, scorer))
             elif (trials[0].key, 1) not in self.history:
-                status, reason = one.left_out
+                status, reason = series.left_out
                 left_out.append({"trial_key": trials[0].key, "launch": 1, "status": status, "reason": reason})
         self.results.plan(self.number, rows)
         self.results.add_all(self.number, left_out)
@@ -267,14 +262,15 @@ class PlannedRun:
     def _predict(self) -> None:
         """Print the predicted time of the launches that are not in the file yet."""
         launches = self._with_scatter(self._launches(self.work))
-        pending = [(one.series.id, self._cost(one)) for one in launches if one.is_again or one.pending(self.history)]
-        count = sum(not one.is_again and bool(one.pending(self.history)) for one in launches)
-        later = [one for one in self.later if one.left_out is None]
-        pending += [(one.id, launch_seconds(one, self.suite, 1)) for one in later]
+        pending = [launch for launch in launches if launch.is_again or launch.pending(self.history)]
+        count = sum(not launch.is_again for launch in pending)
+        later = [series for series in self.later if series.left_out is None]
+        costs = [(launch.series.id, self._cost(launch)) for launch in pending]
+        costs += [(series.id, launch_seconds(series, self.suite, 1)) for series in later]
         text = f"predicted: {count + len(later)} series, "
-        text += f"{duration_text(run_seconds(pending, self.workers))} on {count_text(self.workers, 'quiet core')}"
+        text += f"{duration_text(run_seconds(costs, self.workers))} on {count_text(self.workers, 'quiet core')}"
         if later:
-            motions = len({CaseSpec.of(one.case, one.formulation) for one in later})
+            motions = len({CaseSpec.of(series.case, series.formulation) for series in later})
             text += f" and the time of {count_text(motions, 'exact motion')} that no earlier run has kept"
         if self.further is not None:
             text += f"; then repeated launches where comparisons are open, until {self.further.minutes:g} min at most"
@@ -282,19 +278,19 @@ class PlannedRun:
 
     def _launches(self, works: Sequence[Work]) -> list[Launch]:
         """The launches of these series in their order."""
-        places = order.places(one for one, *_ in works)
+        places = order.places(series for series, *_ in works)
         launches = [Launch(number, *work) for work in works for number in self.launches(work[0])]
-        return sorted(launches, key=lambda one: (one.number, places[one.series.id]))
+        return sorted(launches, key=lambda launch: (launch.number, places[launch.series.id]))
 
     def _with_scatter(self, launches: Sequence[Launch]) -> list[Launch]:
         """These launches with the additional launches that measure the scatter, spread among them."""
-        fewest = max((one.number for one in launches), default=1) + 1
-        first = {one.series.id: one for one in launches if one.number == 1}
-        if len({one.series.integrator.id for one in launches}) < 2:
+        fewest = max((launch.number for launch in launches), default=1) + 1
+        first = {launch.series.id: launch for launch in launches if launch.number == 1}
+        if len({launch.series.integrator.id for launch in launches}) < 2:
             return list(launches)  # nothing is compared
-        again = [first[one.id] for one in order.choose_for_scatter(one.series for one in first.values())]
+        again = [first[series.id] for series in order.choose_for_scatter(launch.series for launch in first.values())]
         blocks = [
-            [Launch(number, one.series, one.trials, one.scorer, is_again=True) for one in again]
+            [Launch(number, launch.series, launch.trials, launch.scorer, is_again=True) for launch in again]
             for number in range(fewest, self.suite.timing.scatter_launches + 1)
         ]
         return order.spread(launches, blocks)
@@ -309,8 +305,8 @@ class PlannedRun:
         if self.ended is not None and not self.measured:
             self.results.note(self.number, rounds.NAME, self.ended)
             return
-        while (found := further.next()) is not None:
-            number, chosen = found
+        while (next_round := further.next()) is not None:
+            number, chosen = next_round
             launches = []
             for series, trials, scorer in self.work:
                 beside = tuple(trial for trial in trials if trial.setting in chosen.get(_name_series(series), ()))
@@ -325,27 +321,27 @@ class PlannedRun:
         self, launches: Sequence[Launch], under_way: set[str], over: Callable[[], bool] = lambda: False
     ) -> Iterator[Sweep | None]:
         """The launches that have trials to run, until the time is `over`."""
-        pending = [one for one in launches if one.is_again or one.pending(self.history)]
+        pending = [launch for launch in launches if launch.is_again or launch.pending(self.history)]
         self.progress.begin("series", len(pending), sum(map(self._cost, pending)))
 
-        def finished(one: Launch) -> None:
-            under_way.remove(one.series.id)
-            self.progress.advance(self._cost(one))
+        def finished(launch: Launch) -> None:
+            under_way.remove(launch.series.id)
+            self.progress.advance(self._cost(launch))
 
         while pending and not over():
-            place = next((k for k, one in enumerate(pending) if one.series.id not in under_way), None)
+            place = next((k for k, launch in enumerate(pending) if launch.series.id not in under_way), None)
             if place is None:
                 yield None
                 continue
-            one = pending.pop(place)
-            trials = one.pending(self.history)
+            launch = pending.pop(place)
+            series, trials = launch.series, launch.pending(self.history)
             if not trials:
-                self.progress.advance(self._cost(one))
+                self.progress.advance(self._cost(launch))
                 continue
-            under_way.add(one.series.id)
-            suite, ended = self.suite.of(one.series.case), partial(finished, one)
-            history, interruptions = self.history, self.interruptions
-            yield Sweep(one.series, trials, one.scorer, suite, one.number, history, self._record, ended, interruptions)
+            under_way.add(series.id)
+            suite, ended = self.suite.of(series.case), partial(finished, launch)
+            record = self.history, self._record, ended, self.interruptions
+            yield Sweep(series, trials, launch.scorer, suite, launch.number, *record)
 
     def _cost(self, launch: Launch) -> float:
         """The predicted seconds of a launch; for a launch of one setting, this share of the whole launch."""

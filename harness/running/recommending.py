@@ -15,16 +15,7 @@ import pandas as pd
 from gnomon.harness.registry import lookup
 from gnomon.harness.registry.environment import DISTRIBUTIONS
 from gnomon.harness.results import reading, store, summary
-from gnomon.harness.results.advice.needs import (
-    SUBJECTS,
-    YOURS,
-    Answer,
-    Measurements,
-    Reliable,
-    Setting,
-    kind_of,
-    needs,
-)
+from gnomon.harness.results.advice.needs import SUBJECTS, YOURS, Answer, Measurements, Reliable, Setting, kind_of, needs
 from gnomon.harness.results.advice.recommendations import MOST_BYTES, SCHEMA
 from gnomon.harness.results.equal_error import TARGETS
 from gnomon.harness.results.outstanding import outstanding
@@ -84,20 +75,20 @@ def answers(measured: Measurements, margin: float = 1.0) -> list[dict[str, Any]]
 
 def _trial(path: Path) -> dict[str, Any]:
     """The results of the trial on systems outside of the catalogue."""
-    found: dict[str, Any] = json.loads(path.read_text("utf-8"))
-    margin = found.get("margin")
+    trial: dict[str, Any] = json.loads(path.read_text("utf-8"))
+    margin = trial.get("margin")
     if not (isinstance(margin, int | float) and 0 < margin <= 1):
         raise ValueError(f"{path}: margin={margin!r}, where a factor above 0 and up to 1 belongs; run the trial again")
-    return found
+    return trial
 
 
 def _head(run: Run) -> dict[str, Any]:
     """Whose measurements these are."""
     used = set(run.frame["run"])
-    runs = [one for one in store.runs(run.path) if one["run"] in used]
-    environments = [one["environment"] for one in runs]
+    runs = [row for row in store.runs(run.path) if row["run"] in used]
+    environments = [row["environment"] for row in runs]
     for name in ("sources", "machine"):
-        several = dict.fromkeys(str(one.get(name)) for one in environments)
+        several = dict.fromkeys(str(environment.get(name)) for environment in environments)
         if len(several) > 1:
             raise ValueError(
                 f"{run.path}: its times are of several {name} ({', '.join(several)}), but a table names one;"
@@ -107,8 +98,8 @@ def _head(run: Run) -> dict[str, Any]:
     count, delayed, _ = summary.count_waits(zip(timed["seconds_median"], timed["delay_seconds"], strict=True))
     return {
         **{name: environments[-1].get(name) for name in ("revision", "sources", "machine", "cpu", "cores", "python")},
-        "date": max(str(one["ended"] or one["started"]) for one in runs)[:10],
-        "suites": list(dict.fromkeys(one["suite"] for one in runs)),
+        "date": max(str(row["ended"] or row["started"]) for row in runs)[:10],
+        "suites": list(dict.fromkeys(row["suite"] for row in runs)),
         "lacks": outstanding(run.path).text,
         "open": rounds.describe_open(reading.rows(run.path)),
         "timed": count,
@@ -132,14 +123,14 @@ def _row(answer: Answer) -> dict[str, Any]:
     names = ("seconds", "low", "high", "evaluations", "loosest", "tightest", "best_error")
     row |= dict(_find_known({name: getattr(answer, name) for name in names}))
     if answer.setting is not None:
-        one = answer.setting
+        setting = answer.setting
         row["setting"] = {
-            "kind": one.kind,
-            "value": one.value,
-            "relative": _round(one.relative),
-            "problem": f"{one.case}/{one.variant or 'default'}",
-            "method": one.integrator,
-            **_name_parameter(one),
+            "kind": setting.kind,
+            "value": setting.value,
+            "relative": _round(setting.relative),
+            "problem": f"{setting.case}/{setting.variant or 'default'}",
+            "method": setting.integrator,
+            **_name_parameter(setting),
         }
     if answer.reliable:
         first, *others = map(_reliable, answer.reliable)
@@ -153,15 +144,15 @@ def _row(answer: Answer) -> dict[str, Any]:
     return row
 
 
-def _reliable(one: Reliable) -> dict[str, Any]:
-    value = {"relative": _floor_step(one.relative)} if one.kind == "step" else {"value": one.relative}
-    found = {"method": one.integrator, "kind": one.kind, **value, **_name_parameter(one)}
-    return found | {"systems": one.systems, "of": one.of, **dict(_find_known({"seconds": one.seconds}))}
+def _reliable(reliable: Reliable) -> dict[str, Any]:
+    value = {"relative": _floor_step(reliable.relative)} if reliable.kind == "step" else {"value": reliable.relative}
+    row = {"method": reliable.integrator, "kind": reliable.kind, **value, **_name_parameter(reliable)}
+    return row | {"systems": reliable.systems, "of": reliable.of, **dict(_find_known({"seconds": reliable.seconds}))}
 
 
-def _name_parameter(one: Setting | Reliable) -> dict[str, str]:
+def _name_parameter(setting: Setting | Reliable) -> dict[str, str]:
     """The name of a parameter that is not a tolerance."""
-    return {} if one.name == "rtol" else {"name": one.name}
+    return {} if setting.name == "rtol" else {"name": setting.name}
 
 
 def _find_known(values: Mapping[str, float]) -> Iterator[tuple[str, float]]:

@@ -47,7 +47,7 @@ class Rounds:
             return None
         times, scatter = contenders.times(self.rows())
         series = contenders.find_undecided(times, scatter)
-        keys = [key for one in times if (one.case, one.variant, one.integrator_id) in series for key in one.times]
+        keys = [key for row in times if (row.case, row.variant, row.integrator_id) in series for key in row.times]
         launch = 1 + max((launch for _, launch in keys), default=LARGEST)
         if not series or launch > LARGEST:
             return None
@@ -56,11 +56,11 @@ class Rounds:
 
     def record(self) -> str:
         """The cells that are open at the end, and the scatter, for the environment of the run and for its last lines."""
-        found = describe_open(self.rows())
-        done = f"{self.begun} round{'s' * (self.begun != 1)} of repeated launches"
-        if found.startswith(DECIDED):
-            return f"{done}; {found}"
-        return f"{done}; {f'{SPENT}: {self.minutes:g} min' if self.over() else EXHAUSTED}; {found}"
+        cells = describe_open(self.rows())
+        begun = f"{self.begun} round{'s' * (self.begun != 1)} of repeated launches"
+        if cells.startswith(DECIDED):
+            return f"{begun}; {cells}"
+        return f"{begun}; {f'{SPENT}: {self.minutes:g} min' if self.over() else EXHAUSTED}; {cells}"
 
 
 def describe_open(rows: Iterable[Mapping[str, Any]]) -> str:

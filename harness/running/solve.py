@@ -17,7 +17,7 @@ from gnomon.harness.registry import lookup
 from gnomon.harness.running.clock import Clock
 from gnomon.harness.running.dense import MOST_HALVINGS, DenseSolution, interpolate
 from gnomon.harness.running.own_functions import Arguments, CaseEquations, OwnEquations
-from gnomon.harness.running.pieces import EVEN, SAMPLES, Found, Motion, Stated, Times, array, piece_clock
+from gnomon.harness.running.pieces import EVEN, SAMPLES, Course, Motion, Stated, Times, array, piece_clock
 from gnomon.harness.system.extras import require
 from gnomon.harness.system.notebook import view
 
@@ -271,41 +271,41 @@ def _bounds(jumps: Sequence[float] | Floats | None, times: Times) -> list[float]
 
 def _result(motion: Motion, times: Times, t_eval: Any, is_dense: bool) -> OdeResult:
     wanted, start, events = times.wanted, motion.start, motion.stated.events
-    found = motion.at(wanted[times.first :])
-    y = np.concatenate([start[None], found.states])[1 - times.first :].T
-    status, message = 0, f"{motion.integrator.id} reached the end of the interval{_steps(motion, found)}."
+    course = motion.at(wanted[times.first :])
+    y = np.concatenate([start[None], course.states])[1 - times.first :].T
+    status, message = 0, f"{motion.integrator.id} reached the end of the interval{_steps(motion, course)}."
     t_events = y_events = None
-    if found.stopped is not None:
-        status, message = -1, f"{motion.integrator.id}: {found.stopped}"
+    if course.stopped is not None:
+        status, message = -1, f"{motion.integrator.id}: {course.stopped}"
         arrived = int(np.argmax([*~np.isfinite(y).all(axis=0), True]))
         wanted, y = wanted[:arrived], y[:, :arrived]
     elif not events and isinstance(motion.integrator.sweep, Tolerance) and motion.setting < TIGHT:
-        message += _reach(motion, wanted[times.first :], found.states)
+        message += _reach(motion, wanted[times.first :], course.states)
     if events:
-        t_events = [np.array(each) for each in found.t_events]
+        t_events = [np.array(each) for each in course.t_events]
         direction = times.clock.direction
-        if found.end is not None:
-            status, message = 1, f"A terminal event occurred{_steps(motion, found)}."
-            count = int(np.searchsorted(direction * wanted, direction * found.end, "right"))
+        if course.end is not None:
+            status, message = 1, f"A terminal event occurred{_steps(motion, course)}."
+            count = int(np.searchsorted(direction * wanted, direction * course.end, "right"))
             wanted, y = wanted[:count], y[:, :count]
             if t_eval is None:
-                wanted = np.linspace(motion.bounds[0], found.end, SAMPLES)
-        anew = wanted[1:] if found.end is not None and t_eval is None else np.empty(0)
+                wanted = np.linspace(motion.bounds[0], course.end, SAMPLES)
+        anew = wanted[1:] if course.end is not None and t_eval is None else np.empty(0)
         every = direction * np.unique(direction * np.concatenate([*t_events, anew]))
         states = motion.at(every, to_end=False).states if len(every) else np.empty((0, len(start)))
         y_events = [states[np.searchsorted(direction * every, direction * each)] for each in t_events]
         if len(anew):
             y = np.concatenate([start[None], states[np.searchsorted(direction * every, direction * anew)]]).T
-    calls = found.calls if motion.integrator.counts_rhs else None
+    calls = course.calls if motion.integrator.counts_rhs else None
     sol = None
-    end = motion.bounds[-1] if found.end is None else found.end
-    if found.stopped is not None:
+    end = motion.bounds[-1] if course.end is None else course.end
+    if course.stopped is not None:
         end = float(wanted[-1]) if len(wanted) else motion.bounds[0]
     if is_dense and end != motion.bounds[0]:
-        sol = _dense(motion, found, end, y)
-        if sol.error > 10 * motion.setting and found.step is None:
+        sol = _dense(motion, course, end, y)
+        if sol.error > 10 * motion.setting and course.step is None:
             message += f" `sol` has an error of {sol.error:.1g}: does an input jump? Name its times in jumps=[...]."
-        if wanted.size and not found.changes and found.stopped is None and found.step is None:
+        if wanted.size and not course.changes and course.stopped is None and course.step is None:
             apart = float(np.max(np.abs(sol(wanted) - y).max(axis=1) / np.maximum(np.abs(y).max(axis=1), TINY)))
             if apart > FAR_APART * motion.setting:
                 message += (
@@ -332,29 +332,29 @@ def _reach(motion: Motion, wanted: Floats, states: Floats) -> str:
     )
 
 
-def _dense(motion: Motion, found: Found, end: float, y: Floats) -> DenseSolution:
+def _dense(motion: Motion, course: Course, end: float, y: Floats) -> DenseSolution:
     """The solution as a function of time, up to its end: the end of the span, a terminal event, or the last time."""
     direction = motion.whole.clock.direction
-    inside = {t for t in (*motion.bounds[1:-1], *found.changes) if direction * motion.bounds[0] < direction * t}
+    inside = {t for t in (*motion.bounds[1:-1], *course.changes) if direction * motion.bounds[0] < direction * t}
     ends = sorted((t for t in inside if direction * t < direction * end), key=lambda t: direction * t)
     sizes = np.abs(y).max(axis=1)
     sizes[sizes == 0] = 1.0
-    tolerance, halvings = (FIXED_ERROR, FIXED_HALVINGS) if found.step is not None else (motion.setting, MOST_HALVINGS)
-    again = replace(motion, setting=motion.setting if found.step is None else found.step)
+    tolerance, halvings = (FIXED_ERROR, FIXED_HALVINGS) if course.step is not None else (motion.setting, MOST_HALVINGS)
+    again = replace(motion, setting=motion.setting if course.step is None else course.step)
     return interpolate(lambda times: again.at(times).states, [motion.bounds[0], *ends, end], sizes, tolerance, halvings)
 
 
-def _steps(motion: Motion, found: Found) -> str:
+def _steps(motion: Motion, course: Course) -> str:
     """The size of fixed steps, and why it is not the size that was asked for, for messages."""
-    if found.step is None:
+    if course.step is None:
         return ""
     asked = motion.setting
-    if not found.exact:
-        return f", in steps of about {found.step:.6g} that end at the times of the result"
-    said = f", in steps of {found.step:.6g}"
-    if not math.isclose(found.step, asked, rel_tol=EVEN):
-        said += f": step={asked:g} is shortened so that steps end at the times of the result"
-    return said
+    if not course.exact:
+        return f", in steps of about {course.step:.6g} that end at the times of the result"
+    text = f", in steps of {course.step:.6g}"
+    if not math.isclose(course.step, asked, rel_tol=EVEN):
+        text += f": step={asked:g} is shortened so that steps end at the times of the result"
+    return text
 
 
 def _method(method: str | Integrator | type[Integrator], forms: Sequence[Form], lacking: str = "") -> Integrator:
@@ -363,24 +363,24 @@ def _method(method: str | Integrator | type[Integrator], forms: Sequence[Form], 
     `lacking`: the reason why the forms have no accelerations that depend only on positions.
     """
     if not isinstance(method, str):
-        found = lookup.make(method, getattr(method, "__name__", f"method={method!r}"))
+        integrator = lookup.make(method, getattr(method, "__name__", f"method={method!r}"))
     else:
         known = lookup.everything()
-        suited = {name: one for name, one in known.items() if _takes(one, forms)}
+        suited = {name: integrator for name, integrator in known.items() if _takes(integrator, forms)}
         try:
-            found = lookup.find_one(method, suited)
+            integrator = lookup.find_one(method, suited)
         except ValueError:
-            found = lookup.find_one(method, known)  # it takes other equations, or its error says more
-    if not _takes(found, forms):
-        needs = " or ".join(kind.__name__ for kind in found.accepts)
-        why = f"; {lacking}" if lacking and SecondOrder in found.accepts else ""
+            integrator = lookup.find_one(method, known)  # it takes other equations, or its error says more
+    if not _takes(integrator, forms):
+        needs = " or ".join(kind.__name__ for kind in integrator.accepts)
+        why = f"; {lacking}" if lacking and SecondOrder in integrator.accepts else ""
         raise ValueError(
-            f"{found.id} needs equations as {needs}, not {forms[0].__class__.__name__}{why}; see `gnomon list integrators`"
+            f"{integrator.id} needs equations as {needs}, not {forms[0].__class__.__name__}{why}; see `gnomon list integrators`"
         )
-    reason = lookup.missing(found)
+    reason = lookup.missing(integrator)
     if reason is not None:
-        raise ValueError(f"{found.id} cannot run here: {reason}")
-    return found
+        raise ValueError(f"{integrator.id} cannot run here: {reason}")
+    return integrator
 
 
 def _takes(integrator: Integrator, forms: Sequence[Form]) -> bool:
@@ -396,8 +396,8 @@ def _with_setting(
     """
     fixed = isinstance(integrator.sweep, Steps)
     own = "" if isinstance(integrator.sweep, Steps) else integrator.sweep.name
-    given = [(name, value, name != own) for name, value in accuracy.items()]
-    for name, value, wrong in (*given, ("atol", atol, fixed), ("step", step, not fixed)):
+    accuracies = [(name, value, name != own) for name, value in accuracy.items()]
+    for name, value, wrong in (*accuracies, ("atol", atol, fixed), ("step", step, not fixed)):
         if value is not None and wrong:
             instead = "step=..., the size of its steps" if fixed else f"{own}=..., {SAID[own]}"
             raise ValueError(f"{name}={value!r}: {integrator.id} has no such setting; give {instead}")

@@ -43,18 +43,18 @@ def factor(name: str, integrators: Sequence[Integrator], folder: Path) -> int:
     Raises ValueError if the motion ends on a shorter span, or if no factor up to LARGEST suffices.
     """
     suite = plan.suite("foundation").within(LIMIT_SECONDS).change(launches=1, turned=False)
-    found, tried = LEAST, list(integrators)
-    while found <= LARGEST:
-        longer = plan.lengthen(cases.get(name), found)
+    spans, tried = LEAST, list(integrators)
+    while spans <= LARGEST:
+        longer = plan.lengthen(cases.get(name), spans)
         if has_ended(longer[0]):
-            raise ValueError(f"{name}: the motion ends within {found} spans, before the null call is a tenth of a call")
-        path = run(folder / f"{name} x{found}", suite, [longer], tried)
+            raise ValueError(f"{name}: the motion ends within {spans} spans, before the null call is a tenth of a call")
+        path = run(folder / f"{name} x{spans}", suite, [longer], tried)
         times = analysis.equal_error(analysis.tidy(store.load(path)).assign(variant=""))
         times = times.assign(ratio=times["seconds"] / times.groupby("target")["seconds"].transform("min"))
         if suffices(times):
-            return found
+            return spans
         near = set(times.loc[times["ratio"] < REMAIN, "integrator_id"])
-        found, tried = 2 * found, [one for one in tried if one.id in near]
+        spans, tried = 2 * spans, [integrator for integrator in tried if integrator.id in near]
     raise ValueError(f"{name}: the null call is above a tenth of a contender's time on a span {LARGEST} times as long")
 
 
@@ -75,7 +75,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("cases", nargs="*", default=[name for name in plan.FOUNDATION if name not in plan.ENDS])
     names = parser.parse_args().cases
-    integrators = [one for one in lookup.everything().values() if one.primary and lookup.missing(one) is None]
+    integrators = [m for m in lookup.everything().values() if m.primary and lookup.missing(m) is None]
     with tempfile.TemporaryDirectory() as folder:
         for name in names:
             try:

@@ -328,12 +328,12 @@ class _Series:
         for _ in range(3):
             seen, self.calling = self.compilations, True
             try:
-                found = call()
+                result = call()
             finally:
                 self.calling = False
             if self.compilations == seen:
                 break
-        return found
+        return result
 
     def _count(self, request: Request) -> tuple[int | None, float, Floats | None]:
         """Number of right-hand sides, seconds and states of a run through equations that count their calls.
@@ -407,7 +407,7 @@ class _Series:
                 break
             again = self._call(solver, next(self.perturbed), keep=False)
             spent += again.seconds
-            call = min(call, again, key=lambda one: one.waited)
+            call = min(call, again, key=lambda call: call.waited)
         return call
 
     def _suspect(self, solver: Prepared, states: Floats) -> None:
@@ -424,7 +424,7 @@ def _verify_clocks() -> None:
     """Raise Unusable if an integrator replaced a clock: measured times would mean nothing."""
     used = {"perf_counter_ns": (perf_counter_ns, vars(prepared)["perf_counter_ns"])}
     for name, clock in CLOCKS.items():
-        same = all(one is clock for one in (getattr(time, name, None), *used.get(name, ())))
+        same = all(current is clock for current in (getattr(time, name, None), *used.get(name, ())))
         if not (same and isinstance(clock, types.BuiltinFunctionType)):
             raise Unusable(f"replaced time.{name}: times from a replaced clock are invalid")
 
