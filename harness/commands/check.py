@@ -84,7 +84,7 @@ def check(
     if case is None:
         raise ValueError(f"--case: with which motion is {files[0]} compared? give a case, as --case pendulum_simple")
     chosen = _choose(case, parameters, "--case")
-    accepted = [word for word, given in zip(ACCEPTED, (sort, sparse, partial), strict=True) if given]
+    accepted = [word for word, is_given in zip(ACCEPTED, (sort, sparse, partial), strict=True) if is_given]
     results = _check_files(files, chosen, columns, within, (first, last), accepted)
     for result in results:
         for line in check_report.lines(result):
@@ -105,8 +105,7 @@ def _print_template(name: str, files: Sequence[Path] | None, parameters: list[st
 
     if files:
         raise ValueError(f"--template {name}: it reads no file; leave {files[0]} out")
-    chosen = _choose(name, parameters, "--template")
-    out.out(template(chosen, tuple(parameters or ())), end="", highlight=False)
+    out.out(template(_choose(name, parameters, "--template"), tuple(parameters or ())), end="", highlight=False)
 
 
 def _validate(files: Sequence[Path] | None, steps: Sequence[float], picture: Path | None) -> None:
@@ -186,7 +185,7 @@ def _end(results: Sequence[TrajectoryCheck]) -> None:
     if os.environ.get("GITHUB_ACTIONS") == "true":
         for result in results:
             if result.verdict.code:
-                told = visible(f"{result.trajectory.source}: {result.verdict.text}").replace("%", "%25")
-                print(f"::error title=gnomon check::{told}")
+                text = visible(f"{result.trajectory.source}: {result.verdict.text}").replace("%", "%25")
+                print(f"::error title=gnomon check::{text}")
     if any(codes):
         raise typer.Exit(1 if 1 in codes else 2)

@@ -206,14 +206,14 @@ def _run() -> int:
         if COMPLETION & {*os.environ, *sys.argv[1:2]}:  # Typer ends with this exception
             return int(end.code or 0)
         # Raised by imported code: Typer returns its other exit codes.
-        told = f"SystemExit: code that was imported or called ended with sys.exit({end.code!r}); there is no result"
+        text = f"SystemExit: code that was imported or called ended with sys.exit({end.code!r}); there is no result"
     except (ValueError, OSError, ArithmeticError) as error:
-        told = f"{type(error).__name__}: {error}" if isinstance(error, ArithmeticError) else str(error)
+        text = f"{type(error).__name__}: {error}" if isinstance(error, ArithmeticError) else str(error)
         if isinstance(error, OSError) and error.errno in WRITING:
             way_out = "free some space or name" if error.errno in FULL else "name"
-            told = f"{error.filename or 'the disk'}: {error.strerror}; {way_out} another place to write to"
+            text = f"{error.filename or 'the disk'}: {error.strerror}; {way_out} another place to write to"
     except ServerFailed as error:
-        told, code = str(error), 1
+        text, code = str(error), 1
     except (KeyboardInterrupt, typer.Abort):
         return interruption.INTERRUPTED
     except USAGE as error:
@@ -223,8 +223,8 @@ def _run() -> int:
         message = error.format_message().replace("Value error, ", "")  # a prefix that a library adds
         if getattr(error, "option_name", None) == FORMER:
             message = f"{FORMER} is no option: results go to --out"
-        told = f"{message} (see {error.ctx.command_path if error.ctx else 'gnomon'} --help)"
-    problems.print(f"[bold red]error:[/] {escape(_line(told))}")
+        text = f"{message} (see {error.ctx.command_path if error.ctx else 'gnomon'} --help)"
+    problems.print(f"[bold red]error:[/] {escape(_line(text))}")
     return code
 
 

@@ -35,11 +35,11 @@ Dask = Annotated[
 
 def part(suite: Suite, shard: str | None, timing: TimingChoice) -> Suite:
     """The part of a suite that these options ask for; ValueError for an invalid shard."""
-    found = suite if timing == TimingChoice.full else suite.untimed()
+    suite = suite if timing == TimingChoice.full else suite.untimed()
     if shard is None:
-        return found
+        return suite
     numbers = re.fullmatch(r"([0-9]{1,7})/([0-9]{1,7})", shard, re.ASCII)
     place, count = map(int, numbers.groups()) if numbers else (0, 0)
     if not 1 <= place <= count <= MOST_SHARDS:
         raise ValueError(f"--shard {shard[:40]}: write k/n with 1 <= k <= n <= {MOST_SHARDS}, as 3/10")
-    return found.change(shard=(place, count))
+    return suite.change(shard=(place, count))

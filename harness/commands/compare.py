@@ -50,9 +50,9 @@ def compare(
     changes = regression.changes(before, after)
     Shown(width=options.columns(TABLE_WIDTH), emoji=False).print(_table(changes))
     out.print(NOTE, highlight=False)
-    for one in changes:
-        if one.why:
-            out.print(escape(f"{_name(one)}: no setting that both solved; {one.why}"), highlight=False)
+    for series in changes:
+        if series.why:
+            out.print(escape(f"{_name(series)}: no setting that both solved; {series.why}"), highlight=False)
     for line in (*verdict.notes, *regression.slower(changes)):
         out.print(escape(line))
     for line in verdict.regressions:
@@ -89,24 +89,24 @@ def _table(changes: Sequence[SeriesChange]) -> Table:
             return ""
         return f" ({ratio_text(change.low)} – {ratio_text(change.high)}) {change.state}"
 
-    for one in (each for each in changes if each.settings):
-        settings = f"{one.settings}" + (f" to {one.setting:.3g}" if math.isfinite(one.setting) else "")
+    for series in (each for each in changes if each.settings):
+        settings = f"{series.settings}" + (f" to {series.setting:.3g}" if math.isfinite(series.setting) else "")
         lines = [
             (name, text(change.base), text(change.run), ratio_text(change.ratio) + interval(change))
             for name, text, change in (
-                ("error", error_text, one.error), ("calls", count_text, one.calls), ("time", time_text, one.seconds)
+                ("error", error_text, series.error), ("calls", count_text, series.calls), ("time", time_text, series.seconds)
             )
         ]  # fmt: skip
-        table.add_row(escape(_name(one)), settings, *("\n".join(column) for column in zip(*lines, strict=True)))
+        table.add_row(escape(_name(series)), settings, *("\n".join(column) for column in zip(*lines, strict=True)))
     return table
 
 
-def _name(one: SeriesChange) -> str:
+def _name(series: SeriesChange) -> str:
     """The problem and the integrator of a series."""
     from gnomon.harness.results.number_text import problem_name
     from gnomon.harness.results.summary import OWN_NAMES
 
-    case, variant, formulation, integrator = one.name
+    case, variant, formulation, integrator = series.name
     own = OWN_NAMES["variant"], OWN_NAMES["formulation"]
     return f"{problem_name(case, *('' if name in own else name for name in (variant, formulation)))} {integrator}"
 

@@ -34,8 +34,8 @@ def libraries_table() -> Table:
     from gnomon.harness.registry import lookup
 
     libraries: dict[str, str | None] = {}
-    for one in lookup.everything().values():
-        libraries.setdefault(one.library, lookup.missing(one))
+    for integrator in lookup.everything().values():
+        libraries.setdefault(integrator.library, lookup.missing(integrator))
     table = Table("library", "state", title="Libraries")
     for library, reason in libraries.items():
         table.add_row(library, "[green]ready[/]" if reason is None else f"[yellow]missing:[/] {escape(reason)}")

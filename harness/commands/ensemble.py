@@ -66,19 +66,19 @@ def ensemble(
     _ensure_places(out_path, parquet, sides is not None)
     _announce(job, ensemble_run.probe_apart(chosen), workers)
     try:
-        found = _measure(job, workers, dask)
+        distribution = _measure(job, workers, dask)
     except Lost as error:
         problems.print(escape(str(error)), highlight=False)
         raise typer.Exit(1) from None
     except KeyboardInterrupt:
         problems.print("interrupted; nothing is kept of an ensemble that is not complete")
         raise typer.Exit(130) from None
-    _print(job, found)
+    _print(job, distribution)
     if out_path is not None:
-        _write(job, found, out_path)
+        _write(job, distribution, out_path)
     if parquet is not None:
         out.print(f"samples: {parquet}, read by gnomon.load_ensemble", highlight=False)
-    if not found.scored:
+    if not distribution.scored:
         problems.print("all samples failed")
         raise typer.Exit(1)
 
@@ -109,12 +109,12 @@ def _samples(text: str) -> int:
     from gnomon.harness.ensembles.draws import MOST_SAMPLES
     from gnomon.harness.ensembles.ensemble_run import samples_of
 
-    found = samples_of(text)
-    if not 1 <= found <= MOST_SAMPLES:
+    count = samples_of(text)
+    if not 1 <= count <= MOST_SAMPLES:
         raise ValueError(f"--samples {shorten(text)}: give a whole number from 1 to 2**30, as 2**20 or 1e6")
-    if found & (found - 1):
-        problems.print(f"{found} samples: Sobol points are spread most evenly where their number is a power of two")
-    return found
+    if count & (count - 1):
+        problems.print(f"{count} samples: Sobol points are spread most evenly where their number is a power of two")
+    return count
 
 
 def _ensemble(
@@ -124,30 +124,30 @@ def _ensemble(
     from gnomon.harness.ensembles.samples import Ensemble, setting_for
     from gnomon.harness.registry import lookup
 
-    found = options.choose_one(case, set_)
+    chosen = options.choose_one(case, set_)
     method = lookup.find_one(integrator)
-    setting = setting_for(found, method, times, setting)
-    varied = draws.choose_varied(found, vary)
-    for name in {one.name for one in varied} & set(options.read_parameters(set_)):
+    setting = setting_for(chosen, method, times, setting)
+    varied = draws.choose_varied(chosen, vary)
+    for name in {number.name for number in varied} & set(options.read_parameters(set_)):
         raise ValueError(f"--set {name}: it varies; give --set or --vary")
     own = tuple(options.read_parameters(set_).items())
     # A user's name may be short; an id names one of gnomon's integrators in every process.
     return Ensemble(case, integrator if ":" in integrator else method.id, setting, varied, seed, times, own)
 
 
-def _sides(chosen: Ensemble, given: tuple[str, str] | None) -> tuple[int, int]:
+def _sides(chosen: Ensemble, pair: tuple[str, str] | None) -> tuple[int, int]:
     """The columns of the two numbers of the map."""
     from gnomon.cases.core.numbers import nearest
 
-    names = [one.name for one in chosen.vary]
-    if given is None:
+    names = [number.name for number in chosen.vary]
+    if pair is None:
         return 0, min(1, len(names) - 1)
-    for name in given:
+    for name in pair:
         if name not in names:
             raise ValueError(f"--map {name}: it does not vary; {nearest(name, names)}")
-    if given[0] == given[1]:
-        raise ValueError(f"--map {given[0]} {given[1]}: name two numbers")
-    return names.index(given[0]), names.index(given[1])
+    if pair[0] == pair[1]:
+        raise ValueError(f"--map {pair[0]} {pair[1]}: name two numbers")
+    return names.index(pair[0]), names.index(pair[1])
 
 
 def _ensure_places(out_path: Path | None, parquet: Path | None, mapped: bool) -> None:
@@ -173,7 +173,7 @@ def _ensure_places(out_path: Path | None, parquet: Path | None, mapped: bool) ->
 def _announce(job: Job, cost: Cost, workers: int) -> None:
     """Print the ensemble that will be measured, and the time that it takes."""
     chosen = job.ensemble
-    ranges = ", ".join(f"{one.name} from {one.low:g} to {one.high:g}" for one in chosen.vary)
+    ranges = ", ".join(f"{number.name} from {number.low:g} to {number.high:g}" for number in chosen.vary)
     out.print(f"{chosen.case}, {chosen.integrator} at {chosen.setting:g}: {ranges}", highlight=False, markup=False)
     by = "a formula for many motions" if cost.by_formula else "the exact motion of each case"
     each = ", prepared for each sample, because parameters vary" if cost.prepares_each else ""
@@ -190,24 +190,25 @@ def _duration(seconds: float) -> str:
     return f"{seconds / 60:.0f} minutes" if seconds < 6000 else f"{seconds / 3600:.1f} hours"
 
 
-def _print(job: Job, found: Distribution) -> None:
+def _print(job: Job, distribution: Distribution) -> None:
     statuses = ", ".join(
-        f"{count} {name} ({count / job.samples:.3g})" for name, count in sorted(found.statuses.items())
+        f"{count} {name} ({count / job.samples:.3g})" for name, count in sorted(distribution.statuses.items())
     )
     out.print(f"{job.samples} samples: {statuses}", highlight=False)
     table = Table("share of samples", "error at most", "95 % confidence", title="Quantiles of the error")
-    for row in found.quantiles():
+    for row in distribution.quantiles():
         low, middle, high = (_number(row[name]) for name in ("low", "error", "high"))
         table.add_row(f"{row['level']:g}", middle, f"{low} to {high}")
     out.print(table)
     table = Table("error at least", "samples", "share", title="Tail")
-    for limit, count in found.tail():
-        table.add_row(f"{limit:.0e}", str(count), f"{count / found.inside:.3g}")
+    for limit, count in distribution.tail():
+        table.add_row(f"{limit:.0e}", str(count), f"{count / distribution.inside:.3g}")
     out.print(table)
-    for title, starts in (("worst starts", found.worst), *((f"first {n}", s) for n, s in sorted(found.failed.items()))):
+    listed = {"worst starts": distribution.worst} | {f"first {n}": s for n, s in sorted(distribution.failed.items())}
+    for title, starts in listed.items():
         if starts:
             out.print(f"{title}, as Python:", highlight=False)
-            for line in (IMPORT, f"ensemble = {job.ensemble!r}", *(_line(job.ensemble, one) for one in starts)):
+            for line in (IMPORT, f"ensemble = {job.ensemble!r}", *(_line(job.ensemble, start) for start in starts)):
                 out.print(f"    {line}", highlight=False, markup=False)
 
 
@@ -217,26 +218,24 @@ def _number(value: float | None) -> str:
 
 def _line(chosen: Ensemble, start: Start) -> str:
     """The call that computes the error of one start alone, with its error in its block."""
-    numbers = dict(zip((one.name for one in chosen.vary), start.numbers, strict=True))
+    numbers = dict(zip((number.name for number in chosen.vary), start.numbers, strict=True))
     return f"ensemble.error({numbers!r})  # sample {start.index}: {start.error:.6g}"
 
 
-def _write(job: Job, found: Distribution, path: Path) -> None:
+def _write(job: Job, distribution: Distribution, path: Path) -> None:
     from gnomon.harness.ensembles.distribution import as_data
     from gnomon.harness.registry import environment
     from gnomon.harness.system import extras
     from gnomon.reference.storage import diskcache
 
     chosen = job.ensemble
-    content: dict[str, Any] = {
-        "ensemble": asdict(chosen),
-        "samples": job.samples,
-        "python": [IMPORT, f"ensemble = {chosen!r}"],
-    }
-    content |= as_data(found) | {"map": [chosen.vary[k].name for k in job.sides]}
-    content["worst"] = [{"sample": s.index, "error": s.error, "python": _line(chosen, s)} for s in found.worst]
+    lines = [IMPORT, f"ensemble = {chosen!r}"]
+    content: dict[str, Any] = {"ensemble": asdict(chosen), "samples": job.samples, "python": lines}
+    content |= as_data(distribution) | {"map": [chosen.vary[k].name for k in job.sides]}
+    content["worst"] = [{"sample": s.index, "error": s.error, "python": _line(chosen, s)} for s in distribution.worst]
     content["failed"] = {
-        name: [{"sample": s.index, "python": _line(chosen, s)} for s in starts] for name, starts in found.failed.items()
+        n: [{"sample": s.index, "python": _line(chosen, s)} for s in starts]
+        for n, starts in distribution.failed.items()
     }
     content["environment"] = environment.describe()
     diskcache.replace(path, (json.dumps(content, indent=1) + "\n").encode())
@@ -247,9 +246,9 @@ def _write(job: Job, found: Distribution, path: Path) -> None:
     elif job.sides[0] != job.sides[1]:
         from gnomon.harness.reporting.pictures import ensemble_picture
 
-        one, other = (chosen.vary[k] for k in job.sides)
-        units = chosen.prepared.unit(one.name), chosen.prepared.unit(other.name)
+        first, other = (chosen.vary[k] for k in job.sides)
+        units = chosen.prepared.unit(first.name), chosen.prepared.unit(other.name)
         title = f"{chosen.case}, {chosen.integrator} at {chosen.setting:g}"
         drawing = path.with_suffix(".png")
-        ensemble_picture.write(ensemble_picture.error_map(found, (one, other), units, title), drawing)
+        ensemble_picture.write(ensemble_picture.error_map(distribution, (first, other), units, title), drawing)
         out.print(f"map: {escape(str(drawing))}", highlight=False)

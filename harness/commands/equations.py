@@ -22,16 +22,16 @@ if TYPE_CHECKING:
 NEAREST = (1e-3, 1e-6, 1e-9, 1e-12)
 
 
-def refuse_beside(given: Mapping[str, Any]) -> None:
+def refuse_beside(values: Mapping[str, Any]) -> None:
     """Raise ValueError for an option that belongs to cases."""
-    for option, value in given.items():
+    for option, value in values.items():
         if value:
             raise ValueError(f"--equations: {option} belongs to cases; leave it out")
 
 
 def read_problem(
     place: str,
-    given: tuple[str | None, str | None, str | None],
+    texts: tuple[str | None, str | None, str | None],
     events: Sequence[str] | None,
     accelerations: bool,
     suite: Suite,
@@ -39,11 +39,11 @@ def read_problem(
     out_path: Path,
 ) -> tuple[list[tuple[Case, str]], Suite, list[Integrator]]:
     """The equations at a place as a case with its label, as `read_system` reads them; the suite and the integrators for them."""
-    system, label = read_system(place, given, events, accelerations, out_path)
+    system, label = read_system(place, texts, events, accelerations, out_path)
     # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
     from gnomon.cases.core.scene import SceneForm
 
-    return [(system, label)], once(suite), [one for one in integrators if one.accepts != (SceneForm,)]
+    return [(system, label)], once(suite), [method for method in integrators if method.accepts != (SceneForm,)]
 
 
 def once(suite: Suite) -> Suite:
@@ -53,16 +53,16 @@ def once(suite: Suite) -> Suite:
 
 def read_system(
     place: str,
-    given: tuple[str | None, str | None, str | None],
+    texts: tuple[str | None, str | None, str | None],
     events: Sequence[str] | None,
     accelerations: bool,
     out_path: Path,
 ) -> tuple[OwnSystem, str]:
     """The equations at a place with their reference, and their label in results.
 
-    `given`: the texts of --span, --start and --parameters. Raises ValueError that names the option.
+    `texts`: the values of --span, --start and --parameters. Raises ValueError that names the option.
     """
-    span, start, numbers = given
+    span, start, numbers = texts
     if span is None or start is None:
         raise ValueError(f"--equations {place}: give --span, as 0,10, and --start, as 2,0,0,0")
     times = _numbers(span, "--span")
@@ -78,7 +78,7 @@ def read_system(
     from gnomon.harness.running.pieces import Stated
 
     system = make_system(Stated(fun, Arguments(tuple(further)), located, accelerations), times, begin, told=_tell)
-    type(system).place = _module(module), place.rpartition(":")[2]
+    type(system).place = Path(module).stem if module.endswith(".py") else module, place.rpartition(":")[2]
     return system, f" {span} from {start}{f' with {numbers}' if numbers else ''}"
 
 
@@ -103,12 +103,12 @@ def _tell_best(path: Path, chosen: Sequence[tuple[Case, str]], error: float) -> 
     rows = [row for row in reading.rows(path) if row["variant"] == DEFAULT + label]
     for wanted in (error, *(each for each in reversed(NEAREST) if each > error)):
         try:
-            found = best(rows, wanted, system.lines)  # type: ignore[attr-defined]
+            answer = best(rows, wanted, system.lines)  # type: ignore[attr-defined]
         except ValueError as why:
             if wanted == error:
                 out.print(escape(str(why)), highlight=False)
             continue
-        out.print(escape(f"\nfor an error of {wanted:g}: {found}"), highlight=False)
+        out.print(escape(f"\nfor an error of {wanted:g}: {answer}"), highlight=False)
         return
 
 
@@ -121,11 +121,6 @@ def _numbers(text: str, option: str) -> list[float]:
         return [float(each) for each in text.split(",")]
     except ValueError:
         raise ValueError(f"{option} {text}: write numbers with commas between them, as 0,10") from None
-
-
-def _module(text: str) -> str:
-    """The name by which Python imports a module that is given by its name or its file."""
-    return Path(text).stem if text.endswith(".py") else text
 
 
 def _load(place: str) -> Any:
@@ -144,7 +139,7 @@ def _load(place: str) -> Any:
             sys.path.insert(0, folder)
     try:
         with confined():
-            found = getattr(importlib.import_module(module), name)
+            loaded = getattr(importlib.import_module(module), name)
     except BaseException as error:  # a user's module may raise anything while it is imported
         raise ValueError(f"--equations {place}: {type(error).__name__}: {error}") from None
-    return found
+    return loaded

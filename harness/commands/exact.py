@@ -43,9 +43,9 @@ def exact(
     if name.partition("/")[0] in cases.check_names():
         raise ValueError(f"{name} is a check, without motion: `gnomon show {name}` prints its results")
     chosen = options.choose_one(name, parameters)
-    found = exact_states(chosen, times_of(times, chosen), digits)
-    out.out(found.as_json() if form == ExactFormat.json else found.as_csv(), end="", highlight=False)
-    certificate = found.certificate
+    states = exact_states(chosen, times_of(times, chosen), digits)
+    out.out(states.as_json() if form == ExactFormat.json else states.as_csv(), end="", highlight=False)
+    certificate = states.certificate
     if not certificate.passed:
         reason = certificate.note or f"{certificate.worst} agrees to {certificate.digits:.0f}"
         problems.print(escape(f"not confirmed to {certificate.required} digits: {reason}"), highlight=False)

@@ -33,7 +33,7 @@ def acknowledge(seconds: float = ENDING_SECONDS) -> Iterator[threading.Event]:
     separate thread does this, woken through a socket, as a compiler or a renderer may block the main thread. (Windows
     can wait for a socket, but not for a pipe.)
     """
-    asked, told = threading.Event(), threading.Lock()
+    asked, printed = threading.Event(), threading.Lock()
     ignored = signal.getsignal(signal.SIGINT) is signal.SIG_IGN  # as shells start background jobs
     if ignored or threading.current_thread() is not threading.main_thread():
         yield asked
@@ -42,7 +42,7 @@ def acknowledge(seconds: float = ENDING_SECONDS) -> Iterator[threading.Event]:
     def acknowledge() -> None:
         """Called by both threads; the first call prints, because the other thread may never be reached."""
         asked.set()
-        if told.acquire(blocking=False):
+        if printed.acquire(blocking=False):
             os.write(2, b"\nstopping ...\n" if os.isatty(2) else b"stopping ...\n")  # a terminal shows ^C before it
 
     def interrupt(*_: object) -> None:
@@ -82,6 +82,6 @@ def _await_interrupt(reading: socket.socket, deadline: float | None) -> bool:
         left = None if deadline is None else max(0.0, deadline - time.monotonic())
         if not select.select([reading], [], [], left)[0]:
             return False
-        told = reading.recv(1)
-        if not told or told[0] == signal.SIGINT:
-            return bool(told)
+        signals = reading.recv(1)
+        if not signals or signals[0] == signal.SIGINT:
+            return bool(signals)

@@ -65,10 +65,9 @@ def list_(
 
         known = lookup.everything()
         named = [known[name] for name in selection.containing(pattern, known)]
-        found = selection.integrators_of(named, library, kind)
-        wide = Shown(width=options.columns(WIDTH), emoji=False)
-        wide.print(integrators_table(found))
-        integrator = found[0].id
+        integrators = selection.integrators_of(named, library, kind)
+        Shown(width=options.columns(WIDTH), emoji=False).print(integrators_table(integrators))
+        integrator = integrators[0].id
     if shown == [Listed.checks]:
         following = f"gnomon show {check}, gnomon certify {check}"
     elif shown == [Listed.integrators]:
@@ -110,7 +109,7 @@ def _list_cases(
     return named[0]
 
 
-def integrators_table(found: Iterable[Integrator]) -> Table:
+def integrators_table(integrators: Iterable[Integrator]) -> Table:
     """A row for each integrator: its order, the forms that it accepts, and what it is for."""
     columns = (
         Column("id", no_wrap=True),
@@ -118,11 +117,11 @@ def integrators_table(found: Iterable[Integrator]) -> Table:
         *(Column(each, min_width=11) for each in ("accepts", "for")),
     )
     table = Table(*columns, title="Integrators", box=SIMPLE_HEAD, padding=(0, 1))
-    for one in found:
-        accepted = ", ".join(kind.__name__ for kind in one.accepts)
-        order = "" if one.order is None else str(one.order)
-        name = one.id if len(one.id) <= LONGEST else one.id.replace(" [", "\n [", 1)
-        table.add_row(escape(name), order, accepted, ", ".join(purposes(one)))
+    for integrator in integrators:
+        accepted = ", ".join(kind.__name__ for kind in integrator.accepts)
+        order = "" if integrator.order is None else str(integrator.order)
+        name = integrator.id if len(integrator.id) <= LONGEST else integrator.id.replace(" [", "\n [", 1)
+        table.add_row(escape(name), order, accepted, ", ".join(purposes(integrator)))
     return table
 
 
@@ -131,6 +130,6 @@ def purposes(integrator: Integrator) -> list[str]:
     from gnomon.cases.core.forms import Hybrid
     from gnomon.harness.registry.lookup import STIFF
 
-    found = ["stiff"] if integrator.id in STIFF else []
-    found += ["events"] if any(issubclass(kind, Hybrid) or kind is Hybrid for kind in integrator.accepts) else []
-    return found + [word for name, word in PURPOSES.items() if name in integrator.conserves]
+    words = ["stiff"] if integrator.id in STIFF else []
+    words += ["events"] if any(issubclass(kind, Hybrid) or kind is Hybrid for kind in integrator.accepts) else []
+    return words + [word for name, word in PURPOSES.items() if name in integrator.conserves]

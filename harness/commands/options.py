@@ -32,8 +32,8 @@ class Messages(Shown):
     """The console of messages. Each is cut to a few lines: names and texts from outside may have any length."""
 
     def render_str(self, text: str, **how: Any) -> Text:
-        found, kept = super().render_str(text, **how), MOST_MESSAGE // 2
-        return found if len(found) <= MOST_MESSAGE else found[:kept] + " ... " + found[-kept:]
+        rendered, half = super().render_str(text, **how), MOST_MESSAGE // 2
+        return rendered if len(rendered) <= MOST_MESSAGE else rendered[:half] + " ... " + rendered[-half:]
 
 
 out = Shown(soft_wrap=True, emoji=False)
@@ -57,8 +57,7 @@ Claims = Annotated[
 ]
 Depth = Annotated[str, typer.Option(help="low, normal or high: how many cases, and how short the steps.")]
 MaxSeconds = Annotated[
-    float | None,
-    typer.Option(help="Claims that are not verified within this time are not checked: no exit code 0."),
+    float | None, typer.Option(help="Claims that are not verified within this time are not checked: no exit code 0.")
 ]
 Every = Annotated[
     bool,
@@ -73,8 +72,7 @@ CASE = "A case, case/variant, 'pattern*' or package.module:Case"
 INTEGRATOR = "An id, name, library, 'pattern*' or package.module:object"
 CaseArgument = Annotated[str | None, typer.Argument(help=f"{CASE}.", autocompletion=complete_case)]
 CaseOption = Annotated[
-    str | None,
-    typer.Option("--case", help="The case; the same as the argument.", autocompletion=complete_case),
+    str | None, typer.Option("--case", help="The case; the same as the argument.", autocompletion=complete_case)
 ]
 Cases = Annotated[list[str] | None, typer.Option("--case", help=f"{CASE}; repeatable.", autocompletion=complete_case)]
 IntegratorArgument = Annotated[str | None, typer.Argument(help=f"{INTEGRATOR}.", autocompletion=complete_integrator)]
@@ -134,9 +132,9 @@ PART = ".part.1234567.123456789012345."
 """A prefix as long as the prefix of the temporary name under which a file is written."""
 
 
-def as_path(given: str | Path) -> Path:
+def as_path(path: str | Path) -> Path:
     """A path of the command line, or a default; wrong usage if no file can have this name."""
-    text = str(given)
+    text = str(path)
     if not text.strip():
         raise typer.BadParameter("an empty name; give a path")
     try:
@@ -175,19 +173,19 @@ def choose(
     for position, name in enumerate(names or ()):
         if name in (names or ())[:position]:
             raise ValueError(f"--case {name}: named twice; name it once")
-    given = read_parameters(parameters)
-    for reserved in {"variant", "initial_state", "span"} & set(given):
+    values = read_parameters(parameters)
+    for reserved in {"variant", "initial_state", "span"} & set(values):
         raise ValueError(f"--set {reserved}: not a parameter; a variant is chosen by case/variant")
-    return selection.choose(names, variants, rounded=rounded, **given)
+    return selection.choose(names, variants, rounded=rounded, **values)
 
 
 def choose_one(name: str, parameters: list[str] | None = None, rounded: bool = True) -> Case:
     """The only case that a name selects; ValueError if there are several."""
-    found = [case for case, _ in choose([name], False, parameters, rounded)]
-    if len(found) > 1:
-        listed = ", ".join(case.id for case in found[:5])
-        raise ValueError(f"{name} names {len(found)} cases, {listed}{' ...' if len(found) > 5 else ''}; give one")
-    return found[0]
+    cases = [case for case, _ in choose([name], False, parameters, rounded)]
+    if len(cases) > 1:
+        listed = ", ".join(case.id for case in cases[:5])
+        raise ValueError(f"{name} names {len(cases)} cases, {listed}{' ...' if len(cases) > 5 else ''}; give one")
+    return cases[0]
 
 
 def one_of(argument: str | None, option: str | None, what: str) -> str | None:
@@ -199,10 +197,10 @@ def one_of(argument: str | None, option: str | None, what: str) -> str | None:
 
 def one_case(argument: str | None, option: str | None) -> str:
     """The case, or the check, that is given as an argument or by --case."""
-    found = one_of(argument, option, "case")
-    if found is None:
+    name = one_of(argument, option, "case")
+    if name is None:
         raise ValueError("name a case, as pendulum_simple: gnomon list cases has them all")
-    return found
+    return name
 
 
 def validate_workers(workers: int) -> None:
@@ -254,15 +252,15 @@ def ensure_results(path: Path) -> None:
 
 def read_parameters(parameters: list[str] | None) -> dict[str, str]:
     """The parameters and starts of `--set name=value`, as text."""
-    given: dict[str, str] = {}
+    values: dict[str, str] = {}
     for text in parameters or ():
         name, equals, value = (part.strip() for part in text.partition("="))
         if not (name and equals and value):
             raise ValueError(f"--set {text!r}: write name=value")
-        if name in given:
-            raise ValueError(f"--set {name}: given twice, {given[name]} and {value}; give it once")
-        given[name] = value
-    return given
+        if name in values:
+            raise ValueError(f"--set {name}: given twice, {values[name]} and {value}; give it once")
+        values[name] = value
+    return values
 
 
 def integrator_or_program(integrator: str | None, command: str | None) -> tuple[Integrator, str]:

@@ -39,7 +39,7 @@ def report(
     from gnomon.harness.results.outstanding import outstanding
     from gnomon.harness.results.store import results_file
 
-    database, given = results_file(run), {name: case_class(name) for name in case or ()}
+    database, classes = results_file(run), {name: case_class(name) for name in case or ()}
     with opening.reading(database, ()):
         pass  # raises, before a folder is made, if the file does not hold results of gnomon
     file = pdf is not None and to.suffix.lower() == ".pdf"
@@ -49,13 +49,13 @@ def report(
             raise ValueError("--figures: a PDF has its figures in it; give --figures or --pdf")
         from gnomon.harness.reporting.pdf.accuracy import write_accuracy
 
-        page = write_accuracy(database, pdf, to, given)
+        page = write_accuracy(database, pdf, to, classes)
     elif figures:
         from gnomon.harness.reporting.report import write_report
 
-        page = write_report(database, to, given, figures=True)
+        page = write_report(database, to, classes, figures=True)
     else:
-        page = refresh(database, to, given)
+        page = refresh(database, to, classes)
     out.print(f"The report is {page}")
     lacking = outstanding(database).text
     if lacking:

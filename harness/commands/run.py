@@ -131,9 +131,9 @@ def _adapt(suite: Suite, by_name: bool, repeat: bool, are_named: bool) -> Suite:
     """
     from gnomon.harness.running import plan
 
-    found = suite.change(for_stiff=()) if by_name else suite
+    suite = suite.change(for_stiff=()) if by_name else suite
     again = plan.Repeat.ALL if are_named else plan.Repeat.FROM_OUTSIDE
-    return found.change(repeat=again) if repeat else found
+    return suite.change(repeat=again) if repeat else suite
 
 
 def _integrators(names: Sequence[str], commands: Sequence[str], suite: Suite) -> tuple[Integrator, ...]:
@@ -149,12 +149,12 @@ def _integrators(names: Sequence[str], commands: Sequence[str], suite: Suite) ->
     )
     if not names:
         named = suite.methods(named)
-    found = (*named, *_programs(commands))
-    for one in found if names else ():
-        reason = lookup.missing(one)
+    integrators = (*named, *_programs(commands))
+    for integrator in integrators if names else ():
+        reason = lookup.missing(integrator)
         if reason is not None:
-            raise ValueError(f"{one.id} cannot run here: {reason}")
-    return found
+            raise ValueError(f"{integrator.id} cannot run here: {reason}")
+    return integrators
 
 
 def _measure(
@@ -212,7 +212,7 @@ def _page(folder: Path | None, out_path: Path, chosen: Sequence[tuple[Case, str]
     from gnomon.harness.reporting.live_page import LivePage
 
     options.ensure_folder(folder, "--report")
-    cases = {one.name: type(one) for one, _ in chosen if not type(one).__module__.startswith("gnomon.cases.")}
+    cases = {case.name: type(case) for case, _ in chosen if not type(case).__module__.startswith("gnomon.cases.")}
     return LivePage(out_path, folder, lambda text: problems.print(escape(text), highlight=False), cases)
 
 
@@ -220,15 +220,15 @@ def _programs(commands: Sequence[str]) -> list[Integrator]:
     """The integrators that are programs; ValueError for two programs with one name."""
     from gnomon.harness.verification.program_adapter import from_command
 
-    found: dict[str, Integrator] = {}
+    programs: dict[str, Integrator] = {}
     for command in commands:
-        one = from_command(command)
-        if one.id in found:
+        program = from_command(command)
+        if program.id in programs:
             raise ValueError(
-                f"--command {command!r}: the name {one.name} belongs to another one; give each its own name"
+                f"--command {command!r}: the name {program.name} belongs to another one; give each its own name"
             )
-        found[one.id] = one
-    return list(found.values())
+        programs[program.id] = program
+    return list(programs.values())
 
 
 def _suite(name: str | None, cases_named: list[str] | None, limit: float | None, formulations: bool) -> Suite:
@@ -237,22 +237,22 @@ def _suite(name: str | None, cases_named: list[str] | None, limit: float | None,
 
     from gnomon import cases
 
-    found = plan.suite("standard" if name is None else name)
+    suite = plan.suite("standard" if name is None else name)
     if cases_named:
-        found = found.change(rest=None)  # a case that is named has the limits of a foundation case
+        suite = suite.change(rest=None)  # a case that is named has the limits of a foundation case
         if name is None:
-            found = found.change(variants=False, formulations=formulations)
+            suite = suite.change(variants=False, formulations=formulations)
     without = [name for name in cases_named or () if name.partition("/")[0] in cases.check_names()]
     if without:
         raise ValueError(f"{without[0]} is a check, without motion: `gnomon certify {without[0]}` confirms it")
     if limit is None:
-        return found
+        return suite
     if not SHORTEST_LIMIT <= limit <= LONGEST_LIMIT:
         raise ValueError(
             f"--limit {limit:g}: a trial needs a positive number of seconds,"
             f" from {SHORTEST_LIMIT:g} to {LONGEST_LIMIT:g}"
         )
-    return found.within(limit)
+    return suite.within(limit)
 
 
 def _same_command(suite: Suite) -> str:
@@ -315,7 +315,7 @@ def _summarize(
     from gnomon.harness.results.number_text import tell_waits
     from gnomon.harness.system import extras
 
-    wanted = {(case.name, (case.variant or DEFAULT) + label, one.id) for case, label in chosen for one in integrators}
+    wanted = {(c.name, (c.variant or DEFAULT) + label, method.id) for c, label in chosen for method in integrators}
     rows = [row for row in reading.rows(path) if (row["case"], row["variant"], row["integrator_id"]) in wanted]
     if rows:
         Shown(width=options.columns(TABLE_WIDTH), emoji=False).print(run_table(rows))
@@ -339,7 +339,7 @@ def _summarize(
         out.print(escape(f"its report: {first}gnomon report {shlex.quote(str(path))}"), highlight=False)
     part_ = suite.shard != (1, 1)
     if part_:  # another shard may have the series of an integrator, or all series
-        integrators = [one for one in integrators if one.id in {row["integrator_id"] for row in rows}]
+        integrators = [method for method in integrators if method.id in {row["integrator_id"] for row in rows}]
     failed = [] if part_ and not rows else shortcomings(rows, [o for o in integrators if is_users_own(o)])
     for text in failed:
         problems.print(escape(text), highlight=False)

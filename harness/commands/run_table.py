@@ -47,7 +47,7 @@ def run_table(rows: Iterable[Row]) -> Table:
         own = [series[key] for key in keys]
         numbers = _numbers(own, [orders[key] for key in keys if key in orders])
         table.add_row(
-            escape(name), escape(where or str(len(keys))), *numbers, *_words([row for one in own for row in one])
+            escape(name), escape(where or str(len(keys))), *numbers, *_words([row for group in own for row in group])
         )
     return table
 
@@ -86,13 +86,13 @@ def shortcomings(rows: Sequence[Row], own: Sequence[Integrator]) -> list[str]:
     if not any(row["status"] in SCORED for row in rows):
         counts = ", ".join(f"{n} {status}" for status, n in statuses(rows))
         return [f"nothing was measured: {counts}; see the reasons above"]
-    found = []
-    for one in own:
-        ended = Counter((row["status"], row["reason"]) for row in rows if row["integrator_id"] == one.id)
+    reasons = []
+    for integrator in own:
+        ended = Counter((row["status"], row["reason"]) for row in rows if row["integrator_id"] == integrator.id)
         if not any(status == Status.OK for status, _ in ended):
             ((status, reason), _), *_ = ended.most_common(1) or [(("", ""), 0)]
-            found.append(f"{one.id} never succeeded ({f'{status}: {reason}'[:REASON]})")
-    return found
+            reasons.append(f"{integrator.id} never succeeded ({f'{status}: {reason}'[:REASON]})")
+    return reasons
 
 
 def list_interrupted(rows: Sequence[Row]) -> list[Row]:
@@ -121,10 +121,10 @@ def explain_outside_end(rows: Iterable[Row]) -> str | None:
     ended = [row for row in rows if is_from_outside(row["status"], row["reason"])]
     if not ended:
         return None
-    found = {
+    trials = {
         f"{row['series']} at {math.nan if row['setting'] is None else row['setting']:.3g}": row["status"]
         for row in ended
     }
-    counts = ", ".join(f"{count} {status}" for status, count in Counter(found.values()).most_common())
-    more = f" and {len(found) - NAMED} more" if len(found) > NAMED else ""
-    return f"a cause outside may have ended {len(found)} trials ({counts}): {', '.join([*found][:NAMED])}{more}"
+    counts = ", ".join(f"{count} {status}" for status, count in Counter(trials.values()).most_common())
+    more = f" and {len(trials) - NAMED} more" if len(trials) > NAMED else ""
+    return f"a cause outside may have ended {len(trials)} trials ({counts}): {', '.join([*trials][:NAMED])}{more}"

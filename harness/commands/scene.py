@@ -40,8 +40,7 @@ def scene(
     if listed:
         if case or named or to:
             raise ValueError("--list lists all scenes: leave out the case and --out")
-        wide = Shown(width=options.columns(WIDTH), emoji=False)
-        wide.print(scenes_table(form.value))
+        Shown(width=options.columns(WIDTH), emoji=False).print(scenes_table(form.value))
         return
     name = options.one_case(case, named)
     if name.partition("/")[0] in cases.check_names():
@@ -66,10 +65,10 @@ def scenes_table(form: str) -> Table:
 
     from gnomon import cases
 
-    found = {name: each.needs for name in cases.names() if (each := cases.get(name).scene) is not None}
-    lacking = {name: list_unstated(needs, form) for name, needs in found.items()}
+    scenes = {name: each.needs for name in cases.names() if (each := cases.get(name).scene) is not None}
+    lacking = {name: list_unstated(needs, form) for name, needs in scenes.items()}
     able = sum(not each for each in lacking.values())
-    title = f"{form} can state {able} of {len(found)} scenes"
+    title = f"{form} can state {able} of {len(scenes)} scenes"
     table = Table(
         Column("scene", no_wrap=True), "the format cannot state", title=title, box=SIMPLE_HEAD, padding=(0, 1)
     )

@@ -125,8 +125,8 @@ def _numbers(shown: Case | Check, out: Console) -> None:
         out.print(f"Rule: {escape(rule.statement)}")
 
 
-def _quantities(title: str, found: Mapping[str, Any], out: Console) -> None:
-    _print_pairs(Table("quantity", "value", title=title, title_justify="left"), found.items(), out)
+def _quantities(title: str, values: Mapping[str, Any], out: Console) -> None:
+    _print_pairs(Table("quantity", "value", title=title, title_justify="left"), values.items(), out)
 
 
 def _variants(shown: Case | Check, out: Console) -> None:

@@ -36,8 +36,7 @@ def stability(
     ] = "normal",
     to: Annotated[Path | None, options.path_option("Write the result as JSON, and resume from it.", "--out")] = None,
     update: Annotated[
-        bool,
-        typer.Option("--update", help="Measure named panels of --out again, and write all sentences anew."),
+        bool, typer.Option("--update", help="Measure named panels of --out again, and write all sentences anew.")
     ] = False,
     workers: Annotated[int, typer.Option(help="Integrators at a time, each in a process.")] = 2,
 ) -> None:
@@ -55,12 +54,12 @@ def stability(
         raise ValueError("--update: name the file with --out")
     panel_run.seconds_of(depth)
     chosen = panel_run.choose_panels(panel)
-    found = lookup.find_all(
+    integrators = lookup.find_all(
         [*(integrator or ()), *(named or ())] or [*(lookup.general() | lookup.list_registered()).values()]
     )
     if to is not None:
         options.ensure_writable(to, "--out")
-    again = {(each.id, name) for each in found for name in panel or ()} if update else None
+    again = {(each.id, name) for each in integrators for name in panel or ()} if update else None
     rows = panel_run.keep_rows(to, depth, again) if to is not None else []
     written = monotonic()
 
@@ -72,15 +71,15 @@ def stability(
             panel_run.write(rows, depth, to)
             written = monotonic()
 
-    done = {(row.integrator, row.panel) for row in rows}
+    measured = {(row.integrator, row.panel) for row in rows}
     with Progress() as progress:
-        progress.begin("panels", sum((each.id, name) not in done for each in found for name in chosen))
+        progress.begin("panels", sum((each.id, name) not in measured for each in integrators for name in chosen))
         try:
-            rows = panel_run.measure_panels(found, panel, depth, workers, add, former=list(rows))
+            rows = panel_run.measure_panels(integrators, panel, depth, workers, add, former=list(rows))
         finally:
             if to is not None and rows:
                 panel_run.write(rows, depth, to)
-    rows = [row for row in rows if row.integrator in {each.id for each in found} and row.panel in chosen]
+    rows = [row for row in rows if row.integrator in {each.id for each in integrators} and row.panel in chosen]
     _show(rows, {name: each.title for name, each in chosen.items()}, panel_run.tiers_of(rows))
     if all(row.reason is not None for row in rows):
         problems.print("nothing was measured: no panel applies, or every integrator refused")
@@ -91,8 +90,8 @@ def _show(rows: Sequence[Row], titles: Mapping[str, str], tiers: Mapping[str, An
     """A table for each panel, then the tiers."""
     for name, title in titles.items():
         out.print(panel_table(title, [row for row in rows if row.panel == name]))
-    for what, found in tiers.items():
-        for place, tier in enumerate(found["tiers"], 1):
+    for what, ranking in tiers.items():
+        for place, tier in enumerate(ranking["tiers"], 1):
             out.print(escape(f"tier {place} by {what.replace('_', ' ')}: {', '.join(tier)}"), highlight=False)
 
 
@@ -101,6 +100,5 @@ def panel_table(title: str, rows: Iterable[Row]) -> Table:
     columns = Column("integrator", no_wrap=True), "conclusion"
     table = Table(*columns, title=title, box=SIMPLE_HEAD, padding=(0, 1))
     for row in rows:
-        text = "\n".join(row.sentences) if row.reason is None else row.reason
-        table.add_row(escape(row.integrator), escape(text))
+        table.add_row(escape(row.integrator), escape("\n".join(row.sentences) if row.reason is None else row.reason))
     return table

@@ -43,12 +43,10 @@ Fmu = Annotated[
     ),
 ]
 Columns = Annotated[
-    list[str] | None,
-    typer.Option(help="Variables of the FMU, as phi=theta:deg,length=L:m; by default by their names."),
+    list[str] | None, typer.Option(help="Variables of the FMU, as phi=theta:deg,length=L:m; by default by their names.")
 ]
 Picture = Annotated[
-    Path | None,
-    options.path_option("Draw the one --claim on the one --case to this file: .svg, .png or .html."),
+    Path | None, options.path_option("Draw the one --claim on the one --case to this file: .svg, .png or .html.")
 ]
 
 
@@ -90,7 +88,7 @@ def verify(
     integrator = options.one_of(options.one_of(integrator, named, "integrator"), engine, "engine")
     if parameters and (not case or baseline or against):
         raise ValueError("--set changes the numbers of a --case, and goes neither with --baseline nor with --against")
-    on: list[CaseLike] = [one for one, _ in options.choose(case, False, parameters)] if parameters else [*(case or ())]
+    on: list[CaseLike] = [c for c, _ in options.choose(case, False, parameters)] if parameters else [*(case or ())]
     asked = _Asked(on, depth, claim, max_seconds, workers, every)
     _validate(integrator, against, picture, asked)
     _validate_fmu(fmu, columns, order, (command, engine, against, baseline))
@@ -174,10 +172,10 @@ def _read_fmu(
     from gnomon.harness.registry import selection
     from gnomon.harness.trajectories.fmu_columns import from_fmu
 
-    found = selection.find_cases(asked.case)
-    if len(found) != 1:
+    cases = selection.find_cases(asked.case)
+    if len(cases) != 1:
         raise ValueError(f"--fmu {path} is a model of one case; name it, as --case pendulum_simple")
-    chosen, mapping = from_fmu(path, found[0], columns, order=order, method=method)
+    chosen, mapping = from_fmu(path, cases[0], columns, order=order, method=method)
     problems.print(
         escape(f"an FMU is a program: {path} runs in a process of its own, with your rights"), highlight=False
     )

@@ -33,16 +33,16 @@ def engine(
     # Imported here and not above: `gnomon --help` starts without the modules that read the league.
     from gnomon.harness.results.advice import engine_facts
 
-    found = engine_facts.read() if league is None else _read_given(league)
+    facts = engine_facts.read() if league is None else _read_given(league)
     if name is None:
-        for one in {one["library"]: one for one in found["engines"]}.values():
-            own = engine_facts.ways(found, one["library"])
-            out.print(f"{one['library']:10} {one['title']}, driven in {len(own)} ways", highlight=False, markup=False)
+        for row in {row["library"]: row for row in facts["engines"]}.values():
+            own = engine_facts.ways(facts, row["library"])
+            out.print(f"{row['library']:10} {row['title']}, driven in {len(own)} ways", highlight=False, markup=False)
         out.print("Next: gnomon engine mujoco", highlight=False)
         return
-    library = engine_facts.library_of(found, name)
+    library = engine_facts.library_of(facts, name)
     width = min(WIDTH, options.columns(WIDTH))
-    for text in describe(found, library, width):
+    for text in describe(facts, library, width):
         for line in _wrap(text, width):
             out.print(line, highlight=False, markup=False)
 
@@ -83,40 +83,40 @@ def _read_given(path: Path) -> dict[str, Any]:
 
     if path.name != "engines.json":
         raise ValueError(f"--from {path}: the file of a league is called engines.json")
-    found: dict[str, Any] = sidecars.read(path)
-    return found
+    facts: dict[str, Any] = sidecars.read(path)
+    return facts
 
 
-def describe(found: Mapping[str, Any], library: str, width: int) -> Iterator[str]:
+def describe(facts: Mapping[str, Any], library: str, width: int) -> Iterator[str]:
     """The text on an engine."""
     from gnomon.harness.results.advice import engine_facts
 
     from gnomon import cases
 
-    ways = engine_facts.ways(found, library)
+    ways = engine_facts.ways(facts, library)
     needs = {name: case.scene.needs for name in cases.names() if (case := cases.get(name)).scene is not None}
     versions = ", ".join(f"{key} {value}" for key, value in ways[0]["versions"].items())
     yield f"{ways[0]['title']} ({versions})"
-    lines = found["lines"].get(library)
+    lines = facts["lines"].get(library)
     if lines:
         yield "\nTo model a scene and nothing else, set:"
         yield from (f"    {piece}" for line in lines for piece in _code(line, width - 4))
-    for one in ways:
-        if one["policy"] != engine_facts.SHIPPED:
-            yield from _way(found, one, [*engine_facts.kinds(found, one["id"], needs)])
-    in_all = {token: why for token, why in ways[0]["lacks"].items() if all(token in one["lacks"] for one in ways)}
+    for way in ways:
+        if way["policy"] != engine_facts.SHIPPED:
+            yield from _way(facts, way, [*engine_facts.kinds(facts, way["id"], needs)])
+    in_all = {token: why for token, why in ways[0]["lacks"].items() if all(token in way["lacks"] for way in ways)}
     yield from _lacks(in_all, needs)
-    yield from _describe_failed(found, ways)
-    made_by = found["environment"]
+    yield from _describe_failed(facts, ways)
+    made_by = facts["environment"]
     yield (
         f"\nMeasured by gnomon's authors at revision {made_by.get('revision', 'unknown')} on {made_by.get('run', '')}: errors relative to"
         " the size of the motion, largest at 64 times; steps relative to the time in which the motion changes by its own size."
     )
 
 
-def _way(found: Mapping[str, Any], one: Mapping[str, Any], kinds: list[Kind]) -> Iterator[str]:
-    declared = "" if one["order"] is None else f", order {one['order']} declared"
-    yield f"\n{one['id']}{declared}"
+def _way(facts: Mapping[str, Any], way: Mapping[str, Any], kinds: list[Kind]) -> Iterator[str]:
+    declared = "" if way["order"] is None else f", order {way['order']} declared"
+    yield f"\n{way['id']}{declared}"
     for kind in kinds:
         law = (
             f"error {kind.constant:.2g} (step / time scale)^{kind.order:.2f} on {kind.ordered} of {kind.scenes}"
@@ -129,7 +129,7 @@ def _way(found: Mapping[str, Any], one: Mapping[str, Any], kinds: list[Kind]) ->
             yield f"        step / time scale that is enough for an error of {', '.join(steps)}; in brackets the scenes that reach it"
         enough = [f"{float(at):.0e} on {of}" for at, of in kind.binary32.items()]
         yield f"        single precision can reach {', '.join(enough)} of {kind.scenes}"
-    drift = next((row.get("energy_an_hour") for row in found["costs"] if row["integrator"] == one["id"]), None)
+    drift = next((row.get("energy_an_hour") for row in facts["costs"] if row["integrator"] == way["id"]), None)
     if drift is not None and math.isfinite(drift):
         yield f"    energy of a pendulum over an hour with steps of 10 ms: off by {drift:.2g} of the depth of its potential"
 
@@ -142,12 +142,12 @@ def _lacks(lacks: Mapping[str, str], needs: Mapping[str, frozenset[str]]) -> Ite
         yield f"    {token.replace('_', ' ')} ({sum(token in each for each in needs.values())}): {reason}"
 
 
-def _describe_failed(found: Mapping[str, Any], ways: list[dict[str, Any]]) -> Iterator[str]:
+def _describe_failed(facts: Mapping[str, Any], ways: list[dict[str, Any]]) -> Iterator[str]:
     from gnomon.harness.results.advice.engine_facts import failure_text
 
     failed: dict[tuple[str, str], list[Mapping[str, Any]]] = {}
-    for row in found["preflights"]:
-        if row["integrator"] in {one["id"] for one in ways} and row.get("verdict", "failed") == "failed":
+    for row in facts["preflights"]:
+        if row["integrator"] in {way["id"] for way in ways} and row.get("verdict", "failed") == "failed":
             failed.setdefault((row["integrator"], row.get("name", "all")), []).append(row)
     if failed:
         yield "\nPre-flights that failed, each with the worst of its scenes:"

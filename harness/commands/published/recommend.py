@@ -37,8 +37,7 @@ def recommend(
     event: options.Events = None,
     accelerations: options.Accelerations = False,
     out_path: Annotated[
-        Path | None,
-        options.path_option("With --equations, keep the measurements: a folder or a file.sqlite.", "--out"),
+        Path | None, options.path_option("With --equations, keep the measurements: a folder or a file.sqlite.", "--out")
     ] = None,
 ) -> None:
     """Recommend a method of each library, with its setting, its cost and the lines that run it.
@@ -75,26 +74,26 @@ def _recommend(subject: str, error: float | None, chosen: Sequence[str]) -> None
             out.print(f"{key:12} {title}: {about}", highlight=False, markup=False)
         out.print("Next: gnomon recommend stiff --error 1e-6 --library scipy", highlight=False)
         return
-    found = recommendations.find(subject, error, chosen)
+    advice = recommendations.find(subject, error, chosen)
     table = recommendations.read()
-    out.print(f"[bold]{escape(found.title)}, error at most {found.error:g}[/]", highlight=False)
-    out.print(found.about, highlight=False, markup=False)
-    for word, other in found.further.items():
+    out.print(f"[bold]{escape(advice.title)}, error at most {advice.error:g}[/]", highlight=False)
+    out.print(advice.about, highlight=False, markup=False)
+    for word, other in advice.further.items():
         out.print(f"For {word!r} see also: gnomon recommend {other}", highlight=False, markup=False)
-    for row in found.rows:
+    for row in advice.rows:
         own = row["library"] == recommendations.OURS
-        if own and len(found.rows) > 1:
+        if own and len(advice.rows) > 1:
             out.print("\ngnomon's own methods, which are not compared with the libraries above", highlight=False)
-        outside = recommendations.outside_share(table.head["outside"], found.subject, row["library"])
+        outside = recommendations.outside_share(table.head["outside"], advice.subject, row["library"])
         for line in describe(row, libraries.title(row["library"]), outside):
             out.print(line, highlight=False, markup=False)
-    out.print(f"\n{tell_origin(table, found.subject)}", highlight=False, markup=False)
-    named = [row for row in found.rows if row["systems"]]
+    out.print(f"\n{tell_origin(table, advice.subject)}", highlight=False, markup=False)
+    named = [row for row in advice.rows if row["systems"]]
     if len(named) == 1:
-        _print_lines(table, found.subject, named[0])
+        _print_lines(table, advice.subject, named[0])
     elif named:
         out.print(
-            f"Lines of code: gnomon recommend {found.subject} --error {found.error:g} --library {named[0]['library']}",
+            f"Lines of code: gnomon recommend {advice.subject} --error {advice.error:g} --library {named[0]['library']}",
             highlight=False,
             markup=False,
         )
@@ -112,8 +111,8 @@ def describe(row: Mapping[str, Any], title: str, outside: Mapping[str, Any] | No
     else:
         first = row["reliable"]
         yield f"\n{title}: {', '.join(row['methods'])}, {argument(first)}{_unit(first)}{_of(row, first)}"
-        for one in (first, *first.get("others", ())):
-            yield f"    to rely on{_of(row, one)}: {reliable_text(one)}"
+        for reliable in (first, *first.get("others", ())):
+            yield f"    to rely on{_of(row, reliable)}: {reliable_text(reliable)}"
         yield f"    often enough{_of(row, row['setting'])}: {median_text(row)}"
         yield f"    reaches the error on {share_text(row)}"
         yield f"    {rests_text(row['rests_on'])}"
@@ -148,30 +147,30 @@ def least_text(row: Mapping[str, Any]) -> str:
     return f"it reaches an error of {error_text(row['best_error'])} on half of them"
 
 
-def reliable_text(one: Mapping[str, Any]) -> str:
+def reliable_text(row: Mapping[str, Any]) -> str:
     """The setting of a method to rely on, the systems on which it holds, and its cost."""
     from gnomon.harness.results.number_text import count_text, time_text
 
-    on = f"on {'all ' if one['of'] > 1 else ''}{count_text(one['of'], 'system')}"
-    if one["systems"] < one["of"]:
-        on = f"on {one['systems']} of {one['of']} systems (on the others it took too long, or round-off is above the error)"
-    cost = f", {time_text(one['seconds'])} a solve" if "seconds" in one else ""
-    return f"{argument(one)}{_unit(one)}, which was measured to hold {on}{cost}"
+    on = f"on {'all ' if row['of'] > 1 else ''}{count_text(row['of'], 'system')}"
+    if row["systems"] < row["of"]:
+        on = f"on {row['systems']} of {row['of']} systems (on the others it took too long, or round-off is above the error)"
+    cost = f", {time_text(row['seconds'])} a solve" if "seconds" in row else ""
+    return f"{argument(row)}{_unit(row)}, which was measured to hold {on}{cost}"
 
 
 def median_text(row: Mapping[str, Any]) -> str:
     """The setting that is enough on half of the problems, with its cost."""
-    one = row["setting"]
-    return f"{argument(one)}{_unit(one)}, {cost_text(row)}; the median problem is {one['problem']}"
+    setting = row["setting"]
+    return f"{argument(setting)}{_unit(setting)}, {cost_text(row)}; the median problem is {setting['problem']}"
 
 
-def rests_text(one: Mapping[str, Any]) -> str:
+def rests_text(basis: Mapping[str, Any]) -> str:
     """The systems that an answer rests on, outside of which its settings were not tried."""
-    low, high = (f"{end:.3g}" for end in one["spans"])
-    found = [f"spans of {low} to {high} time scales" if low != high else f"a span of {low} time scales"]
-    found += [f"eccentricities up to {one['eccentricity']:.3g}"] if "eccentricity" in one else []
-    found += [f"a conditioning up to {one['conditioning']:.1g}"] if "conditioning" in one else []
-    return f"tried on {', '.join(found)}; not beyond"
+    low, high = (f"{end:.3g}" for end in basis["spans"])
+    limits = [f"spans of {low} to {high} time scales" if low != high else f"a span of {low} time scales"]
+    limits += [f"eccentricities up to {basis['eccentricity']:.3g}"] if "eccentricity" in basis else []
+    limits += [f"a conditioning up to {basis['conditioning']:.1g}"] if "conditioning" in basis else []
+    return f"tried on {', '.join(limits)}; not beyond"
 
 
 def _of(row: Mapping[str, Any], setting: Mapping[str, Any]) -> str:
@@ -220,9 +219,9 @@ def margin_text(margin: float) -> str:
     )
 
 
-def _refuse_without_equations(given: Mapping[str, Any]) -> None:
+def _refuse_without_equations(values: Mapping[str, Any]) -> None:
     """Raise ValueError for an option that belongs to --equations."""
-    for option, value in given.items():
+    for option, value in values.items():
         if value:
             raise ValueError(f"{option} belongs to own equations: give --equations mine.py:f too")
 

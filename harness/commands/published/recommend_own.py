@@ -44,7 +44,7 @@ class Request:
     libraries: Sequence[str]
     place: str
     """Of the equations, as mine.py:f."""
-    given: tuple[str | None, str | None, str | None]
+    texts: tuple[str | None, str | None, str | None]
     """The texts of --span, --start and --parameters."""
     events: Sequence[str] | None
     accelerations: bool
@@ -101,9 +101,9 @@ def recommend_own(request: Request) -> None:
     key = recommendations.subject(request.subject) if request.subject else None
     recommendations.find(key or "smooth", error, request.libraries)  # refuses a wrong option before all work
     with _results(request.out_path) as path:
-        system, label = read_system(request.place, request.given, request.events, request.accelerations, path)
-        found = key or find_subject(system, error)
-        advice = recommendations.find(found, error, request.libraries)
+        system, label = read_system(request.place, request.texts, request.events, request.accelerations, path)
+        subject = key or find_subject(system, error)
+        advice = recommendations.find(subject, error, request.libraries)
         how = "" if key else ", found from the equations"
         out.print(f"\n[bold]{advice.title}[/]{how}; error at most {error:g}", highlight=False)
         measured = _measure(path, system, label, candidates(advice.rows), error)
@@ -112,8 +112,8 @@ def recommend_own(request: Request) -> None:
         best = measured.best(list(measured.rows))
         if best is None:
             least = measured.least_error(list(measured.rows))
-            told = "nothing was solved" if least is None else f"the least error is {least:.2g}"
-            problems.print(f"no method of the advice reaches an error of {error:g} here; {told}", highlight=False)
+            text = "nothing was solved" if least is None else f"the least error is {least:.2g}"
+            problems.print(f"no method of the advice reaches an error of {error:g} here; {text}", highlight=False)
             raise typer.Exit(1)
         out.print(f"\nthe fastest of these here: {best}", highlight=False, markup=False)
 
@@ -174,7 +174,7 @@ def _measure(path: Path, system: OwnSystem, label: str, methods: Sequence[str], 
     for row in reading.rows(file):
         if row["case"] == system.name and row["variant"] == DEFAULT + label:
             rows.setdefault(row["integrator_id"], []).append(row)
-    return Measured(system, error, {one.id: rows.get(one.id, []) for one in present})
+    return Measured(system, error, {integrator.id: rows.get(integrator.id, []) for integrator in present})
 
 
 def _answers(measured: Measured, rows: Sequence[Row]) -> Iterator[str]:
@@ -201,8 +201,8 @@ def _answer(measured: Measured, row: Row, named: Sequence[str]) -> Iterator[str]
     if best is None:
         least = measured.least_error(named)
         reasons = "; ".join(dict.fromkeys(filter(None, map(measured.reason, named))))
-        told = reasons if least is None else f"its least error here is {error_text(least)}"
-        yield f"\n{title}: {', '.join(named)} does not reach the error: {told}"
+        text = reasons if least is None else f"its least error here is {error_text(least)}"
+        yield f"\n{title}: {', '.join(named)} does not reach the error: {text}"
     else:
         yield (
             f"\n{title}: {best.method}, {_setting(best)}: {time_text(best.seconds)} a solve,"
@@ -221,7 +221,7 @@ def reliable_settings(row: Row) -> dict[str, Mapping[str, Any]]:
     if "reliable" not in row:
         return {}
     first = row["reliable"]
-    return {one["method"]: one for one in (first, *first.get("others", ()))}
+    return {reliable["method"]: reliable for reliable in (first, *first.get("others", ()))}
 
 
 def _reliable_text(measured: Measured, method: str, reliable: Mapping[str, Any], at: Row) -> str:
@@ -240,32 +240,32 @@ def _reliable_text(measured: Measured, method: str, reliable: Mapping[str, Any],
 def _better_text(measured: Measured, row: Row) -> str:
     """Whether the method that was published as the library's fastest is faster here than the manual's choice."""
     fast, manual = row["better"]["methods"], row["methods"]
-    one, other = measured.best(fast), measured.best(manual)
-    told = f"published as its fastest: {', '.join(fast)}"
+    best, other = measured.best(fast), measured.best(manual)
+    text = f"published as its fastest: {', '.join(fast)}"
     if all(measured.reason(name) or name not in measured.rows for name in fast):
-        return f"{told}; it did not solve these equations, or cannot state them"
-    if one is None or other is None:
-        return f"{told}; here {'only it reaches' if other is None and one else 'it does not reach'} the error"
-    return f"{told}; here {_compare(one.seconds, other.seconds)} {', '.join(manual)}"
+        return f"{text}; it did not solve these equations, or cannot state them"
+    if best is None or other is None:
+        return f"{text}; here {'only it reaches' if other is None and best else 'it does not reach'} the error"
+    return f"{text}; here {_compare(best.seconds, other.seconds)} {', '.join(manual)}"
 
 
 def _order(measured: Measured, rows: Mapping[str, Row], published: Mapping[str, float]) -> Iterator[str]:
     """Whether the published fastest library is the fastest here."""
     here = {name: best.seconds for name in published if (best := measured.best(candidates([rows[name]]))) is not None}
     first, fastest = (min(times, key=times.__getitem__) for times in (published, here))
-    told = f"\nof these libraries the published fastest is {libraries.title(first)}, and the fastest here"
+    text = f"\nof these libraries the published fastest is {libraries.title(first)}, and the fastest here"
     if here[first] <= EQUAL * here[fastest]:
         is_apart = fastest != first
-        yield f"{told} {f'too, within {EQUAL:g} of {libraries.title(fastest)}' if is_apart else 'too'}"
+        yield f"{text} {f'too, within {EQUAL:g} of {libraries.title(fastest)}' if is_apart else 'too'}"
     else:
-        yield f"{told} is {libraries.title(fastest)}, by a factor of {here[first] / here[fastest]:.2g}"
+        yield f"{text} is {libraries.title(fastest)}, by a factor of {here[first] / here[fastest]:.2g}"
 
 
-def _compare(one: float, other: float) -> str:
+def _compare(seconds: float, other: float) -> str:
     """The words for a time beside another one."""
-    if max(one, other) <= EQUAL * min(one, other):
+    if max(seconds, other) <= EQUAL * min(seconds, other):
         return f"it takes the time, within {EQUAL:g}, of"
-    return f"it takes {one / other:.2g} of the time of"
+    return f"it takes {seconds / other:.2g} of the time of"
 
 
 def _setting(best: Best) -> str:
