@@ -63,14 +63,14 @@ reduce a truncation error at least by four: they halve a step twice, or divide a
 def sentences(data: Mapping[str, Any]) -> list[str]:
     """Advice for the choice of an integrator, from the data of `digits`."""
     rows = data["variants"]
-    found = _of_all(rows)
-    found += _failures({name: row for name, row in rows.items() if row["failed"] and row["complete"]})
+    advice = _of_all(rows)
+    advice += _failures({name: row for name, row in rows.items() if row["failed"] and row["complete"]})
     for name, row in rows.items():
         horizon = None if row["failed"] and row["complete"] else row.get("horizon")
         if horizon is not None and horizon < row["horizon_of_problem"]:
-            found.append(f"Not for {name} after {horizon:.2f} of its span: its error is then above {INACCURATE:g};"
+            advice.append(f"Not for {name} after {horizon:.2f} of its span: its error is then above {INACCURATE:g};"
                          f" that of rounding the start, after {row['horizon_of_problem']:.2f}.")  # fmt: skip
-    return found
+    return advice
 
 
 def _of_all(rows: Mapping[str, Any]) -> list[str]:
@@ -96,12 +96,12 @@ def bounds(rows: Mapping[str, Any]) -> dict[str, tuple[float, float]]:
     The least is 0 for a sweep that has not levelled off, because a setting tighter than the last one may lose no
     digits.
     """
-    found = {}
+    lost = {}
     for name, row in rows.items():
         if row["complete"]:
             most = math.inf if row["failed"] else float(row["lost"])
-            found[name] = (most if row.get("levelled") else 0.0, most)
-    return found
+            lost[name] = (most if row.get("levelled") else 0.0, most)
+    return lost
 
 
 def _medians(known: Mapping[str, tuple[float, float]]) -> tuple[float, float]:
@@ -117,15 +117,14 @@ def find_levelled(rows: Mapping[str, Any]) -> dict[str, float]:
 def _failures(rows: Mapping[str, Any]) -> list[str]:
     """One sentence for all variants that a method solves too badly, and one for each other reason of a failure."""
     bad = {name: row["error"] for name, row in rows.items() if "error" in row}
-    found = []
+    texts = []
     if bad:
         low, high = min(bad.values()), max(bad.values())
         errors = f"error is {low:.2g}" if len(bad) == 1 else f"errors are {low:.2g} to {high:.2g}"
-        found.append(f"Not for {', '.join(bad)}: its smallest {errors}.")
-    reasons = dict.fromkeys(row["failed"] for name, row in rows.items() if name not in bad)
-    for reason in reasons:
-        found.append(f"Not for {', '.join(name for name, row in rows.items() if row['failed'] == reason)}: {reason}.")
-    return found
+        texts.append(f"Not for {', '.join(bad)}: its smallest {errors}.")
+    for reason in dict.fromkeys(row["failed"] for name, row in rows.items() if name not in bad):
+        texts.append(f"Not for {', '.join(name for name, row in rows.items() if row['failed'] == reason)}: {reason}.")
+    return texts
 
 
 COLUMNS = (
@@ -137,7 +136,7 @@ COLUMNS = (
 
 def marks(data: Mapping[str, Any]) -> list[Mark]:
     """The digits lost in the median and over all hard variants, the calls, and the horizons of chaotic motions."""
-    found, rows = [], data["variants"]
+    marks, rows = [], data["variants"]
     known = bounds(rows)
     failed = sum(math.isinf(most) for _, most in known.values())
     if known:
@@ -146,15 +145,15 @@ def marks(data: Mapping[str, Any]) -> list[Mark]:
         text += (
             f" in the median {low:.1f} digits are lost" if low == high else f" in the median {low:.1f} to {high:.1f}"
         )
-        found.append(Mark("lost", low if low == high else None, low, high, text))
+        marks.append(Mark("lost", low if low == high else None, low, high, text))
     for name, row in rows.items():
         if row["calls"]:
-            found.append(Mark("calls", row["calls"], text=f"{name}: {row['calls']:.3g}"))
+            marks.append(Mark("calls", row["calls"], text=f"{name}: {row['calls']:.3g}"))
         if row.get("horizon") is not None and tuple(name.split("/")) in CHAOTIC:
             share = row["horizon"] / row["horizon_of_problem"]
-            found.append(Mark("horizon", share, text=f"{name}: {row['horizon']:.2f} of the span, the problem's"
+            marks.append(Mark("horizon", share, text=f"{name}: {row['horizon']:.2f} of the span, the problem's"
                               f" {row['horizon_of_problem']:.2f}"))  # fmt: skip
-    return found
+    return marks
 
 
 @panel("digits", "Digits lost on hard motions", sentences, COLUMNS, marks)
@@ -182,8 +181,8 @@ def digits(integrator: Integrator, seconds: float) -> dict[str, Any]:
 
 def hard_variants(integrator: Integrator) -> list[tuple[str, str]]:
     """(case, variant) of the hard variants in `CASES` and `CHAOTIC` that the integrator accepts, else in `OTHERS`."""
-    found = [pair for pair in _variants(CASES, CHAOTIC) if accepts(integrator, *pair)]
-    return found or [pair for pair in _variants(OTHERS) if accepts(integrator, *pair)]
+    hard = [pair for pair in _variants(CASES, CHAOTIC) if accepts(integrator, *pair)]
+    return hard or [pair for pair in _variants(OTHERS) if accepts(integrator, *pair)]
 
 
 def every_variant() -> list[tuple[str, str]]:

@@ -118,13 +118,13 @@ def _applies(integrator: Integrator) -> str | None:
 
 def sentences(data: Mapping[str, Any]) -> list[str]:
     """Advice for the choice of an integrator, from the data of `events`."""
-    found = []
+    advice = []
     for name, what in (
         ("grazing_oscillator", "grazing events of an oscillator"),
         ("grazing_fall", "grazing events of free fall"),
         ("two_in_one_step", "two events close together"),
     ):
-        kept, lost = [], []
+        usable, lost = [], []
         for setting, rows in _by_setting(data[name]):
             missed = [row for row in rows if row["found"] < row["starts"]]
             if missed:
@@ -132,11 +132,11 @@ def sentences(data: Mapping[str, Any]) -> list[str]:
                 lost.append(f"{worst['size']:g} at setting {setting:g} ({worst['found']} of {worst['starts']} found)")
             else:
                 least = min(row["size"] for row in rows)
-                kept.append(f"{least:g} at setting {setting:g} ({rows[-1]['found']} of {rows[-1]['starts']} found)")
-        if kept:
-            found.append(f"Use it for {what} down to a size of {', '.join(kept)}.")
+                usable.append(f"{least:g} at setting {setting:g} ({rows[-1]['found']} of {rows[-1]['starts']} found)")
+        if usable:
+            advice.append(f"Use it for {what} down to a size of {', '.join(usable)}.")
         if lost:
-            found.append(f"Not for {what} from a size of {', '.join(lost)} down.")
+            advice.append(f"Not for {what} from a size of {', '.join(lost)} down.")
     invented = []
     for setting, rows in _by_setting(data["invented"]):
         worst = max(rows, key=lambda row: row["extra"])
@@ -144,15 +144,15 @@ def sentences(data: Mapping[str, Any]) -> list[str]:
             invented.append(f"at setting {setting:g} {worst['extra']} events are invented in {worst['starts']} motions"
                             f" {worst['size']:g} below the guard")  # fmt: skip
     if invented:
-        found.append(f"Not for guards that are nearly reached: {', '.join(invented)}.")
+        advice.append(f"Not for guards that are nearly reached: {', '.join(invented)}.")
     accumulated = [
         f"at setting {row['setting']:g} {row['missing']} of {row['events']} are missed, {row['extra']} invented"
         for row in data["zeno"]
         if row.get("missing") or row.get("extra")
     ]
     if accumulated:
-        found.append(f"Not for events that accumulate: {', '.join(accumulated)}.")
-    return found
+        advice.append(f"Not for events that accumulate: {', '.join(accumulated)}.")
+    return advice
 
 
 def _by_setting(rows: Sequence[Mapping[str, Any]]) -> list[tuple[float, list[Mapping[str, Any]]]]:
@@ -172,15 +172,15 @@ PLACES = ("loose", "middle", "tight")
 
 def marks(data: Mapping[str, Any]) -> list[Mark]:
     """A cell for each kind and setting: the share of starts with all events found, or without invented events."""
-    found = []
+    marks = []
     for name in KINDS:
         for place, (setting, rows) in zip(PLACES, _by_setting(data[name]), strict=False):
             starts = sum(row["starts"] for row in rows)
             good = sum(
                 row["found"] if name != "invented" else row["starts"] - min(row["extra"], row["starts"]) for row in rows
             )
-            found.append(Mark(f"{name}_{place}", 1 - good / starts, text=f"{good}/{starts} at {setting:g}"))
-    return found
+            marks.append(Mark(f"{name}_{place}", 1 - good / starts, text=f"{good}/{starts} at {setting:g}"))
+    return marks
 
 
 @panel(
@@ -202,13 +202,13 @@ def events(integrator: Integrator, seconds: float) -> dict[str, Any]:
     measure_passage(integrator, PASSAGES[0], DEPTHS[0], settings[-1], 0.0)  # compiles
     each = processor_seconds(partial(measure_passage, integrator, PASSAGES[0], DEPTHS[0], settings[-1], 0.0))
     skipped = 2 if each * count > SLOW * seconds else 1
-    found: dict[str, Any] = {}
+    data: dict[str, Any] = {}
     for passage in PASSAGES:
         rows = [(setting, size) for setting in settings for size in passage.sizes[::skipped]]
-        found[passage.name] = [
+        data[passage.name] = [
             measure_passage(integrator, passage, size, setting, seconds / count) for setting, size in rows
         ]
-    return found | {"zeno": [_zeno(integrator, setting) for setting in settings]}
+    return data | {"zeno": [_zeno(integrator, setting) for setting in settings]}
 
 
 def settings_of(integrator: Integrator) -> list[float]:
@@ -216,8 +216,8 @@ def settings_of(integrator: Integrator) -> list[float]:
     sweep = integrator.sweep
     if isinstance(sweep, Steps):
         return [h for h in STEP_SIZES if h <= sweep.coarsest]
-    found = [t for t in TOLERANCES if sweep.tightest <= t <= sweep.loosest]
-    return found or [sweep.loosest, sweep.tightest]
+    tolerances = [t for t in TOLERANCES if sweep.tightest <= t <= sweep.loosest]
+    return tolerances or [sweep.loosest, sweep.tightest]
 
 
 def measure_passage(
@@ -261,16 +261,16 @@ def share(count: int, of: int, confidence: float = 0.95) -> tuple[float, float]:
 
 
 def _locate(solver: Prepared, start: Values) -> tuple[tuple[float, str], ...]:
-    found = solver(np.array([start], dtype=np.float64))
-    if found.events is None:
+    solution = solver(np.array([start], dtype=np.float64))
+    if solution.events is None:
         raise Refused("it reports no events")
-    return found.events
+    return solution.events
 
 
 def _score(located: Sequence[tuple[float, str]], exact: Values) -> tuple[int, int, float]:
     """(missed, extra, largest error of the times); the first event at each guard is compared with its exact time."""
     times = [next((t for t, name in located if name == f"guard {k + 1}"), np.inf) for k in range(len(exact))]
-    errors = [abs(found - right) for found, right in zip(times, exact, strict=True)]
+    errors = [abs(time - right) for time, right in zip(times, exact, strict=True)]
     hits = sum(error <= NEAR for error in errors)
     return len(exact) - hits, len(located) - hits, max(errors, default=0.0)
 

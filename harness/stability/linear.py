@@ -63,12 +63,12 @@ def _on_vibrations(axis: Mapping[str, Any]) -> list[str]:
         return ["Not for undamped vibrations over long times: they grow at any step."]
     if math.isinf(limit):
         return [f"Use it for undamped vibrations at any h w (scanned to {axis['scanned_to']:g})."]
-    found = [f"Use it for undamped vibrations up to h w = {limit:.4g}."]
+    advice = [f"Use it for undamped vibrations up to h w = {limit:.4g}."]
     gaps = [f"from {a[1]:.4g} to {b[0]:.4g}" for a, b in pairwise(stable)]
     for text, growth in zip(gaps, axis["gaps"], strict=True):
         size = "" if growth is None else f" by up to {float(f'{100 * growth:.2g}'):g} % a step"
-        found.append(f"Not for vibrations at h w {text}: they grow{size}.")
-    return found if len(stable) == 1 else [*found, f"Not for vibrations at h w above {stable[-1][1]:.4g}."]
+        advice.append(f"Not for vibrations at h w {text}: they grow{size}.")
+    return advice if len(stable) == 1 else [*advice, f"Not for vibrations at h w above {stable[-1][1]:.4g}."]
 
 
 def _on_decay(data: Mapping[str, Any]) -> list[str]:
@@ -98,18 +98,18 @@ COLUMNS = (
 
 def marks(data: Mapping[str, Any]) -> list[Mark]:
     """The stable intervals on both axes, and the first limit."""
-    found = []
+    marks = []
     for column in COLUMNS:
         axis = data[column.id]
         if axis is None:
             continue
         limit = first_limit(axis)
         text = "no limit" if math.isinf(limit) else f"limit {limit:.4g}" if limit else "at no step"
-        found.append(Mark(column.id, None if math.isinf(limit) else limit, text=text))
-        found += [
+        marks.append(Mark(column.id, None if math.isinf(limit) else limit, text=text))
+        marks += [
             Mark(column.id, low=low, high=high, text=f"from {low:.4g} to {high:.4g}") for low, high in axis["stable"]
         ]
-    return found
+    return marks
 
 
 @panel("linear", "Linear stability", sentences, COLUMNS, marks, steps_reason)
@@ -119,21 +119,21 @@ def linear(integrator: Integrator, seconds: float) -> dict[str, Any]:
     step = StepMatrix(integrator, problem)
     cost = step.seconds_per_point(1j * np.linspace(0.3, 1.5, 4 if problem.alone else 128))
     rays = {"imaginary": 1j, "negative_real": -1.0} if problem.plane else {"imaginary": 1j}
-    found: dict[str, Any] = {"problem": problem.what, "negative_real": None, "region": None}
-    found |= {axis: scan(step, ray, cost, SHARE * seconds) for axis, ray in rays.items()}
-    if not found["imaginary"]["answers"]:
+    data: dict[str, Any] = {"problem": problem.what, "negative_real": None, "region": None}
+    data |= {axis: scan(step, ray, cost, SHARE * seconds) for axis, ray in rays.items()}
+    if not data["imaginary"]["answers"]:
         raise Refused(f"no step matrix on {problem.what}: no answer, or another matrix in each step")
     turn = math.acos(min(max(float(step.turning(np.array([SMALL]))[0][0]), -1.0), 1.0))
     if turn < SMALL / FAR or turn > SMALL * FAR:
         raise Refused(f"no solution of {problem.what}: a step of h w = {SMALL:g} turns the phase by {turn:.2g} rad")
-    several = {axis: several_steps(step, ray, first_limit(found[axis])) for axis, ray in rays.items()}
-    found["multistep"] = any(contrary for contrary, _ in several.values())
-    if found["multistep"]:  # one step shows the starting method alone
+    several = {axis: several_steps(step, ray, first_limit(data[axis])) for axis, ray in rays.items()}
+    data["multistep"] = any(contrary for contrary, _ in several.values())
+    if data["multistep"]:  # one step shows the starting method alone
         longer = {axis: long_scan(step, ray, several[axis][1], SHARE * seconds) for axis, ray in rays.items()}
-        return found | longer | {"a_stable": None, "l_stable": None, "at_minus_1e6": None}
+        return data | longer | {"a_stable": None, "l_stable": None, "at_minus_1e6": None}
     if not problem.plane:
-        return found
-    return found | large(step, found) | {"region": region(step, cost, SHARE * seconds)}
+        return data
+    return data | large(step, data) | {"region": region(step, cost, SHARE * seconds)}
 
 
 def scan(step: StepMatrix, direction: complex, cost: float, seconds: float) -> dict[str, Any]:
@@ -219,12 +219,12 @@ def long_scan(step: StepMatrix, direction: complex, seconds_a_step: float, secon
     }  # fmt: skip
 
 
-def large(step: StepMatrix, found: Mapping[str, Any]) -> dict[str, Any]:
+def large(step: StepMatrix, scans: Mapping[str, Any]) -> dict[str, Any]:
     """A-stability, on a grid of the left half-plane and on both axes, and L-stability, at -1e6."""
     angles = np.linspace(0.5, 1.0, 7)[1:]
     z = np.array([r * np.exp(1j * np.pi * a) for r in (0.3, 1.0, 3.0, 10.0, 30.0, *LARGE) for a in angles])
     radii = spectral_radius(step.matrices(z))
-    axes = all(math.isinf(first_limit(found[axis])) and len(found[axis]["stable"]) == 1 for axis in (
+    axes = all(math.isinf(first_limit(scans[axis])) and len(scans[axis]["stable"]) == 1 for axis in (
         "imaginary", "negative_real"))  # fmt: skip
     end = float(radii[-1])
     a_stable = bool(axes and np.all(radii <= 1 + step.tolerance))

@@ -171,8 +171,7 @@ def _spring(*more: int) -> Callable[[Complex, Floats], Floats]:
 
 def _spinning(z: Complex, y: Floats) -> Floats:
     """Starts with attitude 1 and small components of the angular velocity across the axis, which turns with z.imag."""
-    attitude = np.tile(np.eye(3).ravel(), (len(z), 1))
-    return np.column_stack([SMALL * y, z.imag, attitude])
+    return np.column_stack([SMALL * y, z.imag, np.tile(np.eye(3).ravel(), (len(z), 1))])
 
 
 def _above_primaries(z: Complex, y: Floats) -> Floats:
@@ -184,8 +183,8 @@ def _above_primaries(z: Complex, y: Floats) -> Floats:
     for w, (height, speed) in zip(z.imag, y, strict=True):
         n = w / sqrt(8)
         radius = math.cos(math.asin(min(n / 2, 1.0)))
-        one, two = [radius, 0, 0, 0, n, 0], [-radius, 0, 0, 0, -n, 0]
-        rows.append([*one, *two, 0, 0, SMALL * height, 0, 0, SMALL * speed])
+        right, left = [radius, 0, 0, 0, n, 0], [-radius, 0, 0, 0, -n, 0]
+        rows.append([*right, *left, 0, 0, SMALL * height, 0, 0, SMALL * speed])
     return np.array(rows, dtype=np.float64)
 
 
@@ -201,8 +200,8 @@ def of_three_bodies(bodies: tuple[Values, ...]) -> Values:
     return tuple(number for body in bodies for number in body)
 
 
-def _columns(one: int, two: int, scale: float = 1.0) -> Callable[[Floats], Floats]:
-    return lambda states: states[..., [one, two]] / scale
+def _columns(first: int, second: int, scale: float = 1.0) -> Callable[[Floats], Floats]:
+    return lambda states: states[..., [first, second]] / scale
 
 
 PLANE = FirstOrder(rotation_equations)

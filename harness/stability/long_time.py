@@ -18,18 +18,8 @@ from gnomon.harness.measuring.solved import solve_within
 from gnomon.harness.results.convergence_order import mean_and_half
 from gnomon.harness.stability.panel import Column, Mark, panel
 from gnomon.harness.stability.subjects import Budget, multiples, processor_seconds, smooth_reason
-from gnomon.harness.studies.growth import (
-    FIT as BIAS,
-)
-from gnomon.harness.studies.growth import (
-    LAWS,
-    Subject,
-    fit_powers,
-    name_law,
-    period_of,
-    relative_drift,
-    trajectories,
-)
+from gnomon.harness.studies.growth import FIT as BIAS
+from gnomon.harness.studies.growth import LAWS, Subject, fit_powers, name_law, period_of, relative_drift, trajectories
 
 CASES: tuple[tuple[str, dict[str, Any]], ...] = (
     ("pendulum_simple", {}),
@@ -73,29 +63,29 @@ APART = 16
 
 def sentences(data: Mapping[str, Any]) -> list[str]:
     """Advice for the choice of an integrator, from the data of `long_time`."""
-    found = []
+    advice = []
     for row in data["runs"]:
         if Status.REFUSED in row:
-            found.append(f"Not for {data['case']} over {PERIODS} periods at {row['named']}: {row[Status.REFUSED]}.")
+            advice.append(f"Not for {data['case']} over {PERIODS} periods at {row['named']}: {row[Status.REFUSED]}.")
             continue
         over = f"{row['periods']:.0f} periods of {data['case']} at {row['named']}"
         energy, position = row["energy"], row["position"]
         if energy["class"] == "lost":
-            found.append(f"Not for {over}: its energy is lost (error {_size(energy)}).")
+            advice.append(f"Not for {over}: its energy is lost (error {_size(energy)}).")
         elif energy["class"] == "no error":
-            found.append(f"Use it for {over}: its energy has no error.")
+            advice.append(f"Use it for {over}: its energy has no error.")
         else:
             slow, size = at_most(energy, "sqrt t"), f"{_law(energy)}, {_size(energy)} at the end"
             how = "Use it for" if slow else "Undecided for more than" if slow is None else "Not for much more than"
-            found.append(f"{how} {over}: its energy error {'grows as' if slow is False else 'is'} {size}.")
+            advice.append(f"{how} {over}: its energy error {'grows as' if slow is False else 'is'} {size}.")
         if position["lost_after"] is not None:
-            found.append(f"Not for positions after {position['lost_after']:.3g} periods at {row['named']}: the phase is"
+            advice.append(f"Not for positions after {position['lost_after']:.3g} periods at {row['named']}: the phase is"
                          " lost.")  # fmt: skip
         if row["stopped"]:
-            found.append(f"Not for {row['stopped']}.")
+            advice.append(f"Not for {row['stopped']}.")
         if row.get("tightest"):
-            found.append(f"Brouwer's law is {brouwer(row)} at {row['named']}.")
-    return found + _on_invariant(data.get("oscillator") or {})
+            advice.append(f"Brouwer's law is {brouwer(row)} at {row['named']}.")
+    return advice + _on_invariant(data.get("oscillator") or {})
 
 
 def _on_invariant(linear: Mapping[str, Any]) -> list[str]:
@@ -133,22 +123,22 @@ COLUMNS = (
 
 def marks(data: Mapping[str, Any]) -> list[Mark]:
     """The powers of time of the energy and position errors, and the drift by round-off."""
-    found = []
+    marks = []
     for column, row in zip(("usual", "tightest"), data["runs"], strict=False):
         if Status.REFUSED in row:
-            found.append(Mark(column, text=row[Status.REFUSED]))
+            marks.append(Mark(column, text=row[Status.REFUSED]))
             continue
         text = f"{_law(row['energy'])}, {_size(row['energy'])} after {row['periods']:.0f} periods, {row['named']}"
         energy = row["energy"]
-        found.append(Mark(column, energy["power"], energy["low"], energy["high"], text))
+        marks.append(Mark(column, energy["power"], energy["low"], energy["high"], text))
         position = row["position"]
         if column == "usual" and position.get("power") is not None:
-            found.append(Mark("position", position["power"], position["low"], position["high"], _law(position)))
+            marks.append(Mark("position", position["power"], position["low"], position["high"], _law(position)))
     linear = data.get("oscillator") or {}
     if linear.get("drift_ulp") is not None and "half_step" in linear and not is_truncation(linear):
         text = f"{linear['drift_ulp']:.3g} ulp in {linear['steps']} steps: {linear['law']}"
-        found.append(Mark("drift", linear["drift_ulp"], text=text))
-    return found
+        marks.append(Mark("drift", linear["drift_ulp"], text=text))
+    return marks
 
 
 @panel("long_time", "Long motions and round-off", sentences, COLUMNS, marks, smooth_reason)
@@ -166,13 +156,13 @@ def long_time(integrator: Integrator, seconds: float) -> dict[str, Any]:
         subject = Subject(integrator.id, setting, "", name, PERIODS, starts, together=starts, samples=SAMPLES_FEWEST)
         word = f"{setting:g} steps a period" if setting > 1 else f"tolerance {setting:g}"
         runs.append({"setting": setting, "named": word} | run(integrator, case, subject, seconds / parts))
-    found: dict[str, Any] = {"case": name, "runs": runs}
+    data: dict[str, Any] = {"case": name, "runs": runs}
     if isinstance(integrator.sweep, Steps) and {FirstOrder, SecondOrder} & set(integrator.accepts):
         try:
-            found["oscillator"] = oscillator(integrator, seconds / parts, starts)
+            data["oscillator"] = oscillator(integrator, seconds / parts, starts)
         except Refused as reason:
-            found["oscillator"] = {Status.REFUSED: str(reason)}
-    return found
+            data["oscillator"] = {Status.REFUSED: str(reason)}
+    return data
 
 
 def _case(integrator: Integrator) -> tuple[str, Case]:
@@ -212,10 +202,10 @@ def run(integrator: Integrator, case: Case, subject: Subject, seconds: float) ->
     longer = longer_subject(subject, min(factor * periods, MOST_PERIODS))
     stopped: str | None = None
     try:
-        found = trajectories(longer, case, integrator) if longer.periods > periods else first
+        trajectory = trajectories(longer, case, integrator) if longer.periods > periods else first
     except Refused as reason:  # some methods limit the number of their steps
-        found, stopped = first, f"{longer.periods:.0f} periods: {reason}"
-    times, start, states, steps = found
+        trajectory, stopped = first, f"{longer.periods:.0f} periods: {reason}"
+    times, start, states, steps = trajectory
     counted = times / period_of(case)
     energy = fit_growth(counted, relative_drift(case, start, states))
     return {
@@ -262,8 +252,8 @@ def brouwer(row: Mapping[str, Any]) -> str:
     """
     energy, position, steps = row["energy"], row["position"], row.get("steps")
     size = energy["size"] / ULP / math.sqrt(steps) if steps and energy["size"] is not None else None
-    found = [at_most(energy, "sqrt t"), at_most(position, "t^1.5"), None if size is None else size <= ROUNDED]
-    word = "not kept" if False in found else "undecided" if None in found else "kept"
+    verdicts = [at_most(energy, "sqrt t"), at_most(position, "t^1.5"), None if size is None else size <= ROUNDED]
+    word = "not kept" if False in verdicts else "undecided" if None in verdicts else "kept"
     numbers = [f"{of} error {_law(each)}" for of, each in (("energy", energy), ("position", position))]
     numbers.append("steps not counted" if size is None else f"{size:.2g} ulp of energy times the root of the steps")
     return f"{word} ({'; '.join(numbers)})"
@@ -284,9 +274,9 @@ def _position(case: Case, times: Floats, start: Floats, states: Floats) -> dict[
     wanted = np.geomspace(times[0], times[-1], EXACT)
     at = np.unique(np.searchsorted(times, wanted).clip(max=len(times) - 1))
     errors = np.full((len(start), len(at)), np.nan)
-    for row, one, path in zip(errors, start, states, strict=True):
+    for row, initial, path in zip(errors, start, states, strict=True):
         try:
-            exact = case.with_numbers(one.tolist(), case.parameters)
+            exact = case.with_numbers(initial.tolist(), case.parameters)
         except ValueError:
             continue  # a start outside the domain of the case has no exact motion
         with np.errstate(all="ignore"):
@@ -342,14 +332,14 @@ def _drift(integrator: Integrator, form: Any, start: Floats, samples: int, subst
     """The change (starts, samples) of the invariant fitted to the first steps, relative to its value at the start."""
     form_of_invariant, _ = invariant(_solve(integrator, form, start, FIT, 1, step))
     states = _solve(integrator, form, start, samples, substeps, step)
-    found = _values(form_of_invariant, states) / _values(form_of_invariant, start[:, None]) - 1
-    return np.asarray(found, dtype=np.float64)
+    drift = _values(form_of_invariant, states) / _values(form_of_invariant, start[:, None]) - 1
+    return np.asarray(drift, dtype=np.float64)
 
 
 def _bias(drift: Floats, steps: int) -> tuple[float, float]:
     """The mean drift in ulp a step, and its standard error over the starts."""
-    found = drift[:, -1] / steps / ULP
-    return float(np.mean(found)), float(np.std(found, ddof=1) / math.sqrt(len(found)))
+    rates = drift[:, -1] / steps / ULP
+    return float(np.mean(rates)), float(np.std(rates, ddof=1) / math.sqrt(len(rates)))
 
 
 def principal(states: Floats) -> float:
@@ -360,10 +350,10 @@ def principal(states: Floats) -> float:
     """
     q = states[..., 0]
     before, at, after = q[:, : -2 * APART], q[:, APART:-APART], q[:, 2 * APART :]
-    found = np.linalg.lstsq(np.column_stack([at.ravel(), -before.ravel()]), after.ravel())[0]
-    if not found[1] > 0:
+    coefficients = np.linalg.lstsq(np.column_stack([at.ravel(), -before.ravel()]), after.ravel())[0]
+    if not coefficients[1] > 0:
         raise Refused("its positions on the oscillator do not vibrate")
-    return math.expm1(math.log(float(found[1])) / APART)
+    return math.expm1(math.log(float(coefficients[1])) / APART)
 
 
 def _solve(integrator: Integrator, form: Any, start: Floats, samples: int, substeps: int, step: float = STEP) -> Floats:

@@ -76,10 +76,10 @@ class Panel:
         if why is not None:
             return {"not_applicable": why}
         try:
-            found: dict[str, Any] = for_json(self.measure(integrator, seconds))
+            data: dict[str, Any] = for_json(self.measure(integrator, seconds))
         except Exception as error:  # the user's code may raise anything, and the next panel is measured all the same
             return {Status.REFUSED: status_of(error)[1]}
-        return found
+        return data
 
 
 def panel(

@@ -49,7 +49,7 @@ class Row:
                 return f"{word.replace('_', ' ')}: {self.data[word]}"
         return None
 
-    def told(self) -> Row:
+    def with_sentences(self) -> Row:
         """The row with the sentences and marks that follow from its data, empty if nothing was measured."""
         if self.reason is not None:
             return replace(self, sentences=[], marks=[])
@@ -73,7 +73,7 @@ class PanelsJob(Job):
             panel, began = panels()[name], time.process_time()
             data = panel.measured(self.integrator, self.seconds)
             seconds, sources = round(time.process_time() - began, 3), environment.sources()
-            send(asdict(Row(self.integrator.id, name, seconds, data, [], sources=sources).told()))
+            send(asdict(Row(self.integrator.id, name, seconds, data, [], sources=sources).with_sentences()))
 
     def receive(self, message: Any) -> None:
         del self.pending[0]
@@ -116,7 +116,7 @@ def measure_panels(
     chosen = choose_panels(names)
     seconds = seconds_of(depth)
     rows = list(former)
-    done = {(row.integrator, row.panel) for row in former}
+    measured = {(row.integrator, row.panel) for row in former}
 
     def add(row: Row) -> None:
         rows.append(row)
@@ -125,7 +125,7 @@ def measure_panels(
     planned = []
     for integrator in integrators:
         missing = lookup.missing(integrator)
-        pending = [name for name in chosen if (integrator.id, name) not in done]
+        pending = [name for name in chosen if (integrator.id, name) not in measured]
         planned.append(PanelsJob(integrator, seconds, add, pending, LONGEST * seconds))
         while missing is not None and planned[-1].pending:
             planned[-1].lose(missing)
@@ -145,23 +145,23 @@ def keep_rows(path: Path, depth: str, again: Set[tuple[str, str]] | None = None)
     if not path.exists():
         return []
     try:
-        found = json.loads(path.read_text(encoding="utf-8"))
-        own, made_by = lookup.own(), found["environment"]["sources"]
-        rows = [Row(**{"sources": made_by} | row) for row in found["rows"]]
+        content = json.loads(path.read_text(encoding="utf-8"))
+        own, made_by = lookup.own(), content["environment"]["sources"]
+        rows = [Row(**{"sources": made_by} | row) for row in content["rows"]]
         rows = [row for row in rows if row.integrator in own and row.panel in panels()]
         here = environment.comparable(environment.describe())
-        made = found["schema"], found["depth"], environment.comparable(found["environment"])
+        origin = content["schema"], content["depth"], environment.comparable(content["environment"])
     except (ValueError, TypeError, KeyError, RecursionError):
         raise ValueError(f"{path}: no result of `gnomon stability`; name another file with --out") from None
-    if again is not None and made[2].get("machine") == here["machine"]:
-        made = *made[:2], here
+    if again is not None and origin[2].get("machine") == here["machine"]:
+        origin = *origin[:2], here
         rows = [r for r in rows if (r.integrator, r.panel) not in again or r.sources == environment.sources()]
-    if made != (SCHEMA, depth, here):
+    if origin != (SCHEMA, depth, here):
         raise ValueError(
             f"{path}: measured at another depth, on another machine, or by other versions; name another file with --out"
         )
     try:
-        rows = [row.told() for row in rows]
+        rows = [row.with_sentences() for row in rows]
         as_json(rows, depth)  # fails before the measurement, not after it
     except Exception as error:  # the sentences of a panel may raise anything from data of another shape
         raise ValueError(

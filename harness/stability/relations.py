@@ -63,23 +63,23 @@ TEXTS = {
 
 def sentences(data: Mapping[str, Any]) -> list[str]:
     """Advice for the choice of an integrator, from the data of `relations`."""
-    rows, found = data["relations"], []
+    rows, advice = data["relations"], []
     for result, words in (("same bits", "bit for bit"), ("round-off", "to round-off")):
-        kept = [TEXTS[name] for name, row in rows.items() if row["found"] == result]
-        if kept:
-            found.append(f"Use it where results must not depend on {', '.join(kept)}: equal {words}.")
+        equal = [TEXTS[name] for name, row in rows.items() if row["found"] == result]
+        if equal:
+            advice.append(f"Use it where results must not depend on {', '.join(equal)}: equal {words}.")
     for name, row in rows.items():
         if row["found"] == Status.REFUSED:
-            found.append(f"Not for {TEXTS[name]}: {row['why']}.")
+            advice.append(f"Not for {TEXTS[name]}: {row['why']}.")
         elif row["found"] == "factor" and (row["factor"] is None or row["factor"] > WORSE):
             times = "not finite" if row["factor"] is None else f"{row['factor']:.3g} times as large"
             cause = f" (rounding of these numbers causes {row['rounding']:.1g})" if row.get("rounding") else ""
-            found.append(f"Not for {TEXTS[name]}: the error is {times}{cause}.")
+            advice.append(f"Not for {TEXTS[name]}: the error is {times}{cause}.")
     back = data.get("returned") or {}
     if back.get("apart") is not None:
         how = "Use it" if back["round_off"] else "Not"
-        found.append(f"{how} for motions that must reverse: it returns to the start within {back['apart']:.2g}.")
-    return found
+        advice.append(f"{how} for motions that must reverse: it returns to the start within {back['apart']:.2g}.")
+    return advice
 
 
 MANY_TIMES = 1e6
@@ -88,16 +88,16 @@ MANY_TIMES = 1e6
 
 def marks(data: Mapping[str, Any]) -> list[Mark]:
     """A cell for each relation: same bits, round-off, or the factor of the error."""
-    found = []
+    marks = []
     for name, row in data["relations"].items():
         if row["found"] == "factor" and row["factor"] is not None:
             shade = min(max(math.log(max(row["factor"], 1.0)) / math.log(MANY_TIMES), 0.0), 1.0)
-            found.append(Mark(name, shade, text=f"{row['factor']:.2g}"))
+            marks.append(Mark(name, shade, text=f"{row['factor']:.2g}"))
         elif row["found"] == "factor":
-            found.append(Mark(name, 1.0, text="lost"))
+            marks.append(Mark(name, 1.0, text="lost"))
         else:
-            found.append(Mark(name, 0.0 if row["found"] in ("same bits", "round-off") else None, text=row["found"]))
-    return found
+            marks.append(Mark(name, 0.0 if row["found"] in ("same bits", "round-off") else None, text=row["found"]))
+    return marks
 
 
 @panel(
@@ -120,8 +120,8 @@ def relations(integrator: Integrator, seconds: float) -> dict[str, Any]:
     rows: dict[str, Any] = {}
     for name, other in list_related(trials, setting).items():
         rows[name] = compare_solutions(trials, plain, other) if budget.left > -seconds else {"found": "out of time"}
-    found = {"case": trials.case.name, "setting": setting, "error": plain.error, "round_off": plain.roundoff}
-    return found | {"relations": rows, "returned": reversal(trials, setting)}
+    data = {"case": trials.case.name, "setting": setting, "error": plain.error, "round_off": plain.roundoff}
+    return data | {"relations": rows, "returned": reversal(trials, setting)}
 
 
 def choose_setting(trials: Trials) -> float:
@@ -135,10 +135,10 @@ def choose_setting(trials: Trials) -> float:
 def compare_solutions(trials: Trials, plain: Answer, other: Related) -> dict[str, Any]:
     """Compare a related solution with the plain one: the largest difference, the error, its factor, and the verdict."""
     assert plain.states is not None
-    found = trials.outcome(other.problem, other.setting, other.start)
-    if found.solution is None:
-        return {"found": Status.REFUSED, "why": found.reason}
-    back = other.undone(found.states[0])
+    outcome = trials.outcome(other.problem, other.setting, other.start)
+    if outcome.solution is None:
+        return {"found": Status.REFUSED, "why": outcome.reason}
+    back = other.undone(outcome.states[0])
     if np.array_equal(back, plain.states):
         return {"found": "same bits", "difference": 0.0, "factor": 1.0}
     difference = float(np.max(trials.distance(back, plain.states)))
@@ -170,27 +170,28 @@ def list_related(trials: Trials, setting: float) -> dict[str, Related]:
     clock = {} if shifted is None else {"clock": Related(shifted, trials.start, setting)}
     if isinstance(trials.form, SceneForm):
         return clock
+    scaled = {name: in_units(case, *units) for name, units in UNITS.items()}
     maps: dict[str, Relation | None] = {
-        name: one
-        for name, units in UNITS.items()
-        if (one := in_units(case, *units)) is not None and {*one.factors.values()} != {1.0} and holds(trials, one)
+        name: relation
+        for name, relation in scaled.items()
+        if relation is not None and {*relation.factors.values()} != {1.0} and holds(trials, relation)
     }
     maps |= {"mirrored": mirrored(case)} | (AXES if case.name == "two_body" else {}) | {"permuted": permuted(case)}
-    found = {name: relate(trials, trials.counting, setting, one) for name, one in maps.items() if one is not None}
+    related = {name: relate(trials, trials.counting, setting, r) for name, r in maps.items() if r is not None}
     turning = TWO_BODY if case.name == "two_body" else case.turning
     if turning is not None:
         rotation = turning.rotation(1)
         if len(rotation) == 2:
             rotation = np.array([[math.cos(1.0), -math.sin(1.0)], [math.sin(1.0), math.cos(1.0)]])
         start = turning.turned(case, trials.start, rotation)
-        found["turned"] = Related(
+        related["turned"] = Related(
             trials.counting, start, setting, lambda states: turning.turned(case, states, rotation.T)
         )
     if case.name == "two_body":
-        found["shifted"] = _moving(trials, setting, np.array([SHIFT] * 4 + [0.0] * 4), np.zeros(8))
+        related["shifted"] = _moving(trials, setting, np.array([SHIFT] * 4 + [0.0] * 4), np.zeros(8))
         rate = np.array([BOOST] * 4 + [0.0] * 4)
-        found["boosted"] = _moving(trials, setting, np.roll(rate, 4), rate)
-    return found | clock
+        related["boosted"] = _moving(trials, setting, np.roll(rate, 4), rate)
+    return related | clock
 
 
 def _moving(trials: Trials, setting: float, offset: Floats, rate: Floats) -> Related:

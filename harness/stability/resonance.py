@@ -87,20 +87,20 @@ def reason(integrator: Integrator) -> str | None:
 
 
 def sentences(data: Mapping[str, Any]) -> list[str]:
-    found = []
+    advice = []
     for row in data["resonances"]:
         seen = [each for each in row["seen"] if each is not None]
         if seen:
             low, high = min(each["from"] for each in seen), max(each["to"] for each in seen)
             escapes = any(each["escapes"] for each in seen)
             what = "escape" if escapes else f"grow {max(each['factor'] for each in seen):.2g} times"
-            found.append(
+            advice.append(
                 f"Not for nonlinear vibrations at h w from {low:.4g} to {high:.4g}: they {what}"
                 f" (resonance of order {row['order']}, predicted at {row['predicted']:.4g})."
             )
-    unseen = [f"{row['predicted']:.4g}" for row in data["resonances"] if not any(row["seen"])]
+    unseen = ", ".join(f"{row['predicted']:.4g}" for row in data["resonances"] if not any(row["seen"]))
     if unseen:
-        found.append(f"Use it at the predicted resonances h w = {', '.join(unseen)}: no motion grew within 2048 steps.")
+        advice.append(f"Use it at the predicted resonances h w = {unseen}: no motion grew within 2048 steps.")
     elsewhere = [
         f"{low:.4g} to {high:.4g}"
         for low, high in (data["scan"] or {"escapes": []})["escapes"]
@@ -109,16 +109,16 @@ def sentences(data: Mapping[str, Any]) -> list[str]:
         )
     ]
     if elsewhere:
-        found.append(f"Not for nonlinear vibrations at h w from {', '.join(elsewhere)}: they escape there too.")
+        advice.append(f"Not for nonlinear vibrations at h w from {', '.join(elsewhere)}: they escape there too.")
     for row in data["limits"]:
         trial = row.get("trial")
         if trial is not None and trial["grows_at"] is not None:
-            found.append(f"Not for {row['case']} at h = {trial['grows_at']:.6g}, though linear theory allows steps up to"
+            advice.append(f"Not for {row['case']} at h = {trial['grows_at']:.6g}, though linear theory allows steps up to"
                          f" {row['predicted']:.4g}: it grows within {TRIAL_STEPS} steps.")  # fmt: skip
         elif trial is not None and trial["tried"] == TRIALS:
-            found.append(f"Use it on {row['case']} up to h = {trial['up_to']:.3g}, below the linear limit"
+            advice.append(f"Use it on {row['case']} up to h = {trial['up_to']:.3g}, below the linear limit"
                          f" {row['predicted']:.4g}: at {TRIALS} steps up to it no motion grew within {TRIAL_STEPS} steps.")  # fmt: skip
-    return found
+    return advice
 
 
 COLUMNS = (
@@ -129,17 +129,15 @@ COLUMNS = (
 
 def marks(data: Mapping[str, Any]) -> list[Mark]:
     """The predicted and the observed resonances, and the ratios of the nonlinear limit."""
-    found = []
+    marks = []
     for row in data["resonances"]:
         seen = [each for each in row["seen"] if each is not None]
         low = min((each["from"] for each in seen), default=None)
         high = max((each["to"] for each in seen), default=None)
         text = f"predicted {row['predicted']:.4g}, " + (f"seen {low:.4g} to {high:.4g}" if seen else "not seen")
-        found.append(Mark(f"order_{row['order']}", row["predicted"], low, high, text))
-    for row in data["limits"]:
-        if row["ratio"] is not None:
-            found.append(Mark("limit", row["ratio"], text=f"{row['case']}: {row['ratio']:.3g} times the prediction"))
-    return found
+        marks.append(Mark(f"order_{row['order']}", row["predicted"], low, high, text))
+    ratios = ((row["case"], row["ratio"]) for row in data["limits"] if row["ratio"] is not None)
+    return marks + [Mark("limit", ratio, text=f"{case}: {ratio:.3g} times the prediction") for case, ratio in ratios]
 
 
 @panel("resonance", "Step resonances and nonlinear limit", sentences, COLUMNS, marks, reason)
@@ -174,11 +172,11 @@ def resonance_at(integrator: Integrator, order: int, x: float, count: int) -> di
     window = window_around(x, count)
     seen: list[dict[str, Any] | None] = []
     for factors in growth(integrator, window):
-        found = runs(window, factors > GROWN)
-        if not found:
+        intervals = runs(window, factors > GROWN)
+        if not intervals:
             seen.append(None)
             continue
-        low, high = min(found, key=lambda ends: max(ends[0] - x, x - ends[1]))
+        low, high = min(intervals, key=lambda ends: max(ends[0] - x, x - ends[1]))
         factor = float(np.max(factors[(window >= low) & (window <= high)]))
         seen.append({"from": low, "to": high, "factor": factor, "escapes": math.isinf(factor)})
     return {"order": order, "predicted": x, "seen": seen, "spacing": np.diff(window)[[count // 2, 0]]}
@@ -198,13 +196,13 @@ def predict(step: StepMatrix) -> list[tuple[int, float]]:
     """(order q, h w) at which a step turns an undamped phase by 2 pi/q, by increasing h w."""
     x = np.arange(0.02, UP_TO, 0.02)
     cosine, size = step.turning(x)
-    found = []
+    resonances = []
     for order in ORDERS:
         away = cosine - math.cos(2 * math.pi / order)
         for k in np.flatnonzero(away[1:] * away[:-1] < 0):
             if np.all(np.abs(size[k : k + 2] - 1) < CONSERVES) and np.all(np.abs(cosine[k : k + 2]) < 1):
-                found.append((order, float(x[k] - away[k] * 0.02 / (away[k + 1] - away[k]))))
-    return sorted(found, key=lambda each: each[1])
+                resonances.append((order, float(x[k] - away[k] * 0.02 / (away[k + 1] - away[k]))))
+    return sorted(resonances, key=lambda each: each[1])
 
 
 def window_around(x: float, count: int) -> Floats:
@@ -227,8 +225,8 @@ def positions(integrator: Integrator, x: Floats, steps: int) -> Floats:
     """The positions (n, 64) at samples `steps` steps apart, for each amplitude in turn and each frequency of `x`."""
     form, times = cubic_form(integrator), multiples(SAMPLES, float(steps))
     assert form is not None
-    zero, one = np.zeros(len(x)), np.ones(len(x))
-    starts = np.concatenate([np.column_stack([size * one, x**2, zero, zero]) for size in AMPLITUDES])
+    zero, ones = np.zeros(len(x)), np.ones(len(x))
+    starts = np.concatenate([np.column_stack([size * ones, x**2, zero, zero]) for size in AMPLITUDES])
     return solve_within(integrator, Problem(form, 4, np.zeros(0), times, 1.0), 1.0, starts).states[:, :, 0]
 
 
@@ -263,18 +261,18 @@ def nonlinear_limit(
     ratio = math.exp(math.log(high / low) / max(8, min(count, seconds / cost)))
     affordable = cost * TRIALS * TRIAL_STEPS / (STEPS_A_SAMPLE * SAMPLES) < AFFORDED * seconds
     whole, start = problem_of(case, integrator.accepts), initial_state(case)[None]
-    found, tried = None, low
-    while found is None and tried <= high:
+    failing, tried = None, low
+    while failing is None and tried <= high:
         h = tried * at
         problem = replace(whole, times=multiples(SAMPLES, STEPS_A_SAMPLE * h))
         states = solve_within(integrator, problem, h, start).states[0]
         away = np.max(np.abs(states - start) / reference.sizes)
         if not away < FAILED:
-            found = tried
+            failing = tried
         tried *= ratio
     return {
-        "case": case.id, "linear": linear, "predicted": at, "ratio": found, "ratio_step": ratio,
-        "fails_at": None if found is None else found * at, "scanned_to": high,
+        "case": case.id, "linear": linear, "predicted": at, "ratio": failing, "ratio_step": ratio,
+        "fails_at": None if failing is None else failing * at, "scanned_to": high,
         "trial": try_below(integrator, case, at, AFFORDED * seconds) if linear and affordable else None,
     }  # fmt: skip
 
@@ -288,15 +286,15 @@ def try_below(integrator: Integrator, case: Case, limit: float, seconds: float) 
     unit = 10.0 ** (math.floor(math.log10(limit)) - 2)
     up_to = float(f"{(math.ceil(limit / unit) - 1) * unit:.3g}")
     steps = [up_to, *(up_to * (1 - np.random.default_rng(0).random(TRIALS - 1))).tolist()]
-    found: dict[str, Any] = {"up_to": up_to, "tried": 0, "grows_at": None}
+    trial: dict[str, Any] = {"up_to": up_to, "tried": 0, "grows_at": None}
     budget = Budget(seconds)
     for h in steps:
-        found["tried"] += 1
+        trial["tried"] += 1
         if grows(integrator, case, h):
-            return found | {"grows_at": h}
+            return trial | {"grows_at": h}
         if budget.left <= 0:
             break
-    return found
+    return trial
 
 
 def grows(integrator: Integrator, case: Case, h: float) -> bool:
@@ -309,7 +307,7 @@ def grows(integrator: Integrator, case: Case, h: float) -> bool:
 
 def fastest(case: Case, states: Floats) -> float:
     """The largest modulus of an eigenvalue of the Jacobian of a smooth case at the states (n, dim), by differences."""
-    form = next(found for found in map(first_order, case.all_forms()) if found is not None)
+    form = next(form for form in map(first_order, case.all_forms()) if form is not None)
     equations = rebind(form.equations, NUMPY)
     parameters = tuple(float(value) for value in case.parameter_values())
     sizes = np.maximum(np.max(np.abs(states), axis=0), 1e-300)

@@ -48,8 +48,8 @@ class StepMatrix:
         problem = Problem(own.form, own.dimension, parameters, times, 1.0)
         units = [np.tile(unit, (len(z), 1)) for unit in np.eye(2)]
         starts = np.concatenate([own.start(z, unit) for unit in units])
-        found = own.read(solve_within(self.integrator, problem, 1.0, starts).states)
-        return np.stack([found[: len(z)], found[len(z) :]], axis=-1)
+        columns = own.read(solve_within(self.integrator, problem, 1.0, starts).states)
+        return np.stack([columns[: len(z)], columns[len(z) :]], axis=-1)
 
     def matrices(self, z: Complex) -> Floats:
         """The matrix of a step (n, 2, 2), nan if successive steps differ.
@@ -59,13 +59,13 @@ class StepMatrix:
         """
         if not self.problem.alone:
             return np.asarray(self.propagated(z)[:, 0])
-        one, two, three = np.moveaxis(self.propagated(z, 3), 1, 0)
+        first, second, third = np.moveaxis(self.propagated(z, 3), 1, 0)
         with np.errstate(all="ignore"):
-            found = np.array([_quotient(a, b) for a, b in zip(one, two, strict=True)])
-            again = np.einsum("nij,njk->nik", found, two)
-            size = np.max(np.abs(three), axis=(1, 2))
-            same = np.max(np.abs(again - three), axis=(1, 2)) <= 1e-6 * size
-        return np.where(same[:, None, None], found, np.nan)
+            matrices = np.array([_quotient(a, b) for a, b in zip(first, second, strict=True)])
+            again = np.einsum("nij,njk->nik", matrices, second)
+            size = np.max(np.abs(third), axis=(1, 2))
+            same = np.max(np.abs(again - third), axis=(1, 2)) <= 1e-6 * size
+        return np.where(same[:, None, None], matrices, np.nan)
 
     @cached_property
     def tolerance(self) -> float:
@@ -95,14 +95,14 @@ class StepMatrix:
         near = np.abs(self.turning(w)[0])
         with np.errstate(all="ignore"):
             peaks = (near[1:-1] >= near[:-2]) & (near[1:-1] >= near[2:]) & (near[1:-1] > TOUCHES) & (near[1:-1] <= 1)
-        found = []
+        frequencies = []
         for k in np.flatnonzero(peaks) + 1:
             points = np.linspace(w[k - 1], w[k + 1], 21)
             for _ in range(REFINEMENTS):
                 best = int(np.clip(np.nanargmax(np.abs(self.turning(points)[0])), 1, 19))
                 middle, points = points[best], np.linspace(points[best - 1], points[best + 1], 21)
-            found.append(middle)
-        return np.array(found)
+            frequencies.append(middle)
+        return np.array(frequencies)
 
     def bounded(self, z: Complex, steps: int = 16) -> Flags:
         """Whether a motion does not grow over 64 times `steps` steps; False without an answer."""
@@ -113,12 +113,12 @@ class StepMatrix:
 
         Velocities of an oscillator are divided by w.
         """
-        found = np.abs(self.propagated(z, 64, steps))
+        sizes = np.abs(self.propagated(z, 64, steps))
         if not self.problem.plane:
-            found[..., 0, 1] *= np.abs(z)[:, None]
-            found[..., 1, 0] /= np.abs(z)[:, None]
-        found = np.max(found, axis=(1, 2, 3))
-        return np.where(np.isnan(found), np.inf, found)
+            sizes[..., 0, 1] *= np.abs(z)[:, None]
+            sizes[..., 1, 0] /= np.abs(z)[:, None]
+        sizes = np.max(sizes, axis=(1, 2, 3))
+        return np.where(np.isnan(sizes), np.inf, sizes)
 
     def seconds_per_point(self, z: Complex) -> float:
         """Processor time of a matrix, without compilation."""
@@ -130,20 +130,20 @@ class StepMatrix:
         return FEWER if self.problem.alone else BISECTIONS
 
 
-def _quotient(one: Floats, two: Floats) -> Floats:
+def _quotient(first: Floats, second: Floats) -> Floats:
     """The matrix that maps the states after one step to the states after two; nan if the first is not invertible."""
-    if not np.all(np.isfinite([one, two])) or abs(np.linalg.det(one)) < 1e-12 * np.max(np.abs(one)) ** 2:
+    if not np.all(np.isfinite([first, second])) or abs(np.linalg.det(first)) < 1e-12 * np.max(np.abs(first)) ** 2:
         return np.full((2, 2), np.nan)
-    return np.asarray(two @ np.linalg.inv(one))
+    return np.asarray(second @ np.linalg.inv(first))
 
 
 def spectral_radius(matrices: Floats) -> Floats:
     """The largest modulus of an eigenvalue of each matrix (n, 2, 2); nan for a matrix that is not finite."""
     with np.errstate(all="ignore"):
         finite = np.all(np.isfinite(matrices), axis=(1, 2))
-        found = np.full(len(matrices), np.nan)
-        found[finite] = np.max(np.abs(np.linalg.eigvals(matrices[finite])), axis=-1)
-    return found
+        radii = np.full(len(matrices), np.nan)
+        radii[finite] = np.max(np.abs(np.linalg.eigvals(matrices[finite])), axis=-1)
+    return radii
 
 
 def stable_intervals(

@@ -82,10 +82,10 @@ def _at_fixed_steps(data: Mapping[str, Any]) -> list[str]:
     order, declared, steps = data["stiff_order"], data["declared"], f"{PER_SECOND[-1]} steps a second"
     if not data["stable"]:
         return [f"Not for stiff decay: errors above 1 at rate {VERY_FAST:g} with 1 to {steps}."]
-    found = _cost(data.get("rows", []))
+    advice = _cost(data.get("rows", []))
     if order is not None and declared is not None and order < declared - REDUCED:
-        found.append(f"Not for its order {declared} on stiff decay: measured {order:.2f}.")
-    return found
+        advice.append(f"Not for its order {declared} on stiff decay: measured {order:.2f}.")
+    return advice
 
 
 def _by_tolerance(data: Mapping[str, Any]) -> list[str]:
@@ -99,18 +99,18 @@ def _by_tolerance(data: Mapping[str, Any]) -> list[str]:
         steps = f"h rate = {first['h_rate']:.4g} a step" if first["h_rate"] else "stability limits its steps"
         calls = f", {first['calls_per_rate']:.2g} calls for a unit of rate times time" if first["calls"] else ""
         return [f"Not for stiff decay: {steps}{calls}."]
-    found = _cost(data["rows"])
+    advice = _cost(data["rows"])
     for row in data["rows"]:
         if row["rate"] != VERY_FAST:
             continue
         if row["worst"] is None:
-            found.append(f"Not for stiff decay at rate {VERY_FAST:g}: states are not finite.")
+            advice.append(f"Not for stiff decay at rate {VERY_FAST:g}: states are not finite.")
         elif row["worst"] > BLIND * max(row["last"], row["tolerance"]):
-            found.append(
+            advice.append(
                 f"Not for states between its steps on stiff decay at tolerance {row['tolerance']:g}: error"
                 f" {row['worst']:.2g} at the worst sample, {row['last']:.2g} at the last."
             )
-    return found
+    return advice
 
 
 def _cost(rows: Sequence[Mapping[str, Any]]) -> list[str]:
@@ -143,16 +143,16 @@ def marks(data: Mapping[str, Any]) -> list[Mark]:
     if "stiff_order" in data:
         order, text = data["stiff_order"], "unstable" if not data["stable"] else "errors at round-off"
         return [Mark("stiff_order", order, text=text if order is None else f"{order:.2f}, declared {data['declared']}")]
-    found = [
+    marks = [
         Mark("power", data["power"], text="not measured" if data["power"] is None else f"rate^{data['power']:.2f}")
     ]
     if data["rows"][0]["h_rate"]:
-        found.append(Mark("h_rate", data["rows"][0]["h_rate"], text=f"h rate = {data['rows'][0]['h_rate']:.4g}"))
+        marks.append(Mark("h_rate", data["rows"][0]["h_rate"], text=f"h rate = {data['rows'][0]['h_rate']:.4g}"))
     for row in data["rows"]:
         if row["rate"] == VERY_FAST and row["tolerance"] == LOOSE and row["worst"] is not None:
             text = f"{row['last']:.2g} at the last sample, {row['worst']:.2g} at the worst"
-            found.append(Mark("worst", row["worst"], row["last"], row["worst"], text))
-    return found
+            marks.append(Mark("worst", row["worst"], row["last"], row["worst"], text))
+    return marks
 
 
 @panel("stiffness", "Stiffness", sentences, COLUMNS, marks, first_order_reason)
@@ -178,18 +178,18 @@ def stiffness(integrator: Integrator, seconds: float) -> dict[str, Any]:
 
 def row(integrator: Integrator, rate: float, tolerance: float) -> dict[str, Any]:
     """Steps, calls and errors over the span. Raises Refused if the method gives up."""
-    found, errors = solve_at(integrator, rate, multiples(64, SPAN / 64), tolerance)
+    outcome, errors = solve_at(integrator, rate, multiples(64, SPAN / 64), tolerance)
     try:
-        steps = found.whole.steps
+        steps = outcome.whole.steps
     except Refused as reason:
         raise Refused(f"rate {rate:g}, tolerance {tolerance:g}: {reason}") from None
     return {
         "rate": rate,
         "tolerance": tolerance,
         "steps": steps,
-        "calls": found.calls or None,
+        "calls": outcome.calls or None,
         "h_rate": rate * SPAN / steps if steps else None,
-        "calls_per_rate": found.calls / (rate * SPAN) if found.calls else None,
+        "calls_per_rate": outcome.calls / (rate * SPAN) if outcome.calls else None,
         "last": float(errors[-1]),
         "worst": float(np.max(errors)),
     }
@@ -213,12 +213,12 @@ def measure_fixed_steps(integrator: Integrator, rate: float) -> dict[str, Any]:
         error = float(np.max(errors))
         if error <= LOOSE:
             break
-    found = {"rate": rate, "tolerance": LOOSE, "calls": None, "worst": error, "fewest": fewest(rate, LOOSE)}
+    costs = {"rate": rate, "tolerance": LOOSE, "calls": None, "worst": error, "fewest": fewest(rate, LOOSE)}
     if not integrator.counts_rhs:
-        return found | {"why": "its calls are not counted"}
+        return costs | {"why": "its calls are not counted"}
     if not error <= LOOSE:
-        return found | {"why": f"its error is {error:.2g} at rate {rate:g} with {count} steps a second"}
-    return found | {"calls": round(solution.calls * SPAN / STIFF_SPAN)}
+        return costs | {"why": f"its error is {error:.2g} at rate {rate:g} with {count} steps a second"}
+    return costs | {"calls": round(solution.calls * SPAN / STIFF_SPAN)}
 
 
 def follow_fixed_steps(integrator: Integrator) -> dict[str, Any]:
@@ -227,8 +227,8 @@ def follow_fixed_steps(integrator: Integrator) -> dict[str, Any]:
     The order is None if an error is not below 1, or if fewer than three errors are above round-off. `rows`: the calls
     of a stable method.
     """
-    each = [solve_at(integrator, VERY_FAST, multiples(STIFF_SPAN), 1 / count)[1] for count in PER_SECOND]
-    errors = [float(np.max(one)) for one in each]
+    outcomes = (solve_at(integrator, VERY_FAST, multiples(STIFF_SPAN), 1 / count) for count in PER_SECOND)
+    errors = [float(np.max(errors)) for _, errors in outcomes]
     points = [(math.log(n), math.log(e)) for n, e in zip(PER_SECOND, errors, strict=True) if ROUND_OFF < e < 1]
     stable = all(error < 1 for error in errors)
     order, declared = None, integrator.order
@@ -244,5 +244,5 @@ def follow_fixed_steps(integrator: Integrator) -> dict[str, Any]:
 def solve_at(integrator: Integrator, rate: float, times: Floats, setting: float) -> tuple[Solved, Floats]:
     """The outcome on the decay, and its errors (samples,)."""
     problem = Problem(form_for(integrator), 1, np.array([rate]), times, 1.0, counted=integrator.counts_rhs)  # type: ignore[arg-type]
-    found = solve_within(integrator, problem, setting, np.ones((1, 1)))
-    return found, np.abs(found.states[0, :, 0] - np.cos(times))
+    outcome = solve_within(integrator, problem, setting, np.ones((1, 1)))
+    return outcome, np.abs(outcome.states[0, :, 0] - np.cos(times))

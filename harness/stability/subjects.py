@@ -59,9 +59,9 @@ def smooth_reason(integrator: Integrator) -> str | None:
 
 def trials_of(integrator: Integrator, name: str, variant: str | None = None) -> Trials:
     """The trials of an integrator on a case. The reference solutions of default variants come with the package."""
-    found = Trials.of(integrator, CaseSpec.of(get(name, variant).rounded()), EXTENT)
-    found.moving = True
-    return found
+    trials = Trials.of(integrator, CaseSpec.of(get(name, variant).rounded()), EXTENT)
+    trials.moving = True
+    return trials
 
 
 def subjects(integrator: Integrator, preferred: Sequence[str]) -> Iterator[Trials]:
@@ -69,8 +69,8 @@ def subjects(integrator: Integrator, preferred: Sequence[str]) -> Iterator[Trial
 
     Raises Refused if it accepts no case.
     """
-    found = [name for name in preferred if accepts(integrator, name)]
-    found = found or [name for name in names() if accepts(integrator, name)][:1]
-    if not found:
+    suited = [name for name in preferred if accepts(integrator, name)]
+    suited = suited or [name for name in names() if accepts(integrator, name)][:1]
+    if not suited:
         raise Refused("no case has a form that it accepts")
-    yield from (trials_of(integrator, name) for name in found)
+    yield from (trials_of(integrator, name) for name in suited)

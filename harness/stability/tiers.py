@@ -48,7 +48,7 @@ def tiers(scores: Scores, least: Scores | None = None) -> list[list[str]]:
     """
     table = _table({method: row for method, row in scores.items() if len(row) >= FEWEST})
     low = table if least is None else _table({method: least[method] for method in table})
-    found, left = [], _order_methods(table)
+    tiers, left = [], _order_methods(table)
     while left:
         core = left[:1]
         for method in left[1:]:
@@ -57,9 +57,9 @@ def tiers(scores: Scores, least: Scores | None = None) -> list[list[str]]:
             core.append(method)
         middle = _mean(table, core)
         tier = [method for method in left if method in core or not is_separated(middle, low[method], len(table))]
-        found.append(sorted(tier))
+        tiers.append(sorted(tier))
         left = [method for method in left if method not in tier]
-    return found
+    return tiers
 
 
 def _table(scores: Scores) -> dict[str, Floats]:
@@ -87,8 +87,8 @@ def summary(panels: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
     """Tiers by lost digits and by calls, for JSON, from the data of the panel `digits` by method."""
     most, least = by_lost_digits(panels)
     calls = by_calls(panels)
-    found = {"lost_digits": tiers(most, least), "calls": tiers(calls)}
-    return {name: {"tiers": each} for name, each in found.items() if sum(map(len, each)) > 1}
+    rankings = {"lost_digits": tiers(most, least), "calls": tiers(calls)}
+    return {name: {"tiers": each} for name, each in rankings.items() if sum(map(len, each)) > 1}
 
 
 def by_lost_digits(panels: Mapping[str, Mapping[str, Any]], censored: float = 16.0) -> tuple[Scores, Scores]:
@@ -141,10 +141,10 @@ def _complete(data: Mapping[str, Any]) -> dict[str, Any]:
 
 def _by_case(scores: Scores) -> dict[str, dict[str, float]]:
     """Means over the variants `case/variant` of each case, so that a case with many variants counts once."""
-    found: dict[str, dict[str, float]] = {}
+    means: dict[str, dict[str, float]] = {}
     for method, row in scores.items():
         cases: dict[str, list[float]] = {}
         for name, value in row.items():
             cases.setdefault(name.partition("/")[0], []).append(value)
-        found[method] = {case: float(np.mean(values)) for case, values in cases.items()}
-    return found
+        means[method] = {case: float(np.mean(values)) for case, values in cases.items()}
+    return means

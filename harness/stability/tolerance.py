@@ -44,35 +44,35 @@ def _applies(integrator: Integrator) -> str | None:
 
 def sentences(data: Mapping[str, Any]) -> list[str]:
     """Advice for the choice of an integrator, from the data of `tolerance`."""
-    found = []
+    advice = []
     for name, row in data.get("problems", {}).items():
         if row.get("slope") is None:
-            found.append(f"Not for {name} at tolerances from {row['loosest']:g} to {row['tightest']:g}: {row['why']}.")
+            advice.append(f"Not for {name} at tolerances from {row['loosest']:g} to {row['tightest']:g}: {row['why']}.")
             continue
         slope = (
             f"error proportional to tolerance^{row['slope']:.2f} ({row['slope_low']:.2f} to {row['slope_high']:.2f})"
         )
-        scatter = f"scatter {row['scatter_decades']:.2f} decades"
-        if row["round_off_share"] > 0.5:
-            found.append(f"Use it for errors at round-off on {name}: so at {row['round_off_share']:.0%} of tolerances.")
+        scatter, share = f"scatter {row['scatter_decades']:.2f} decades", row["round_off_share"]
+        if share > 0.5:
+            advice.append(f"Use it for errors at round-off on {name}: so at {share:.0%} of tolerances.")
         elif row["scatter_decades"] > STEADY:
-            found.append(f"Not for a tolerance that sets the error on {name}: {slope}, {scatter}.")
+            advice.append(f"Not for a tolerance that sets the error on {name}: {slope}, {scatter}.")
         elif row["slope_low"] > 1 + PROPORTIONAL or row["slope_high"] < 1 - PROPORTIONAL:
-            found.append(f"Not for an error that follows the tolerance in proportion on {name}: {slope}.")
+            advice.append(f"Not for an error that follows the tolerance in proportion on {name}: {slope}.")
         else:
-            found.append(f"Use its tolerance to set the error on {name}: {slope}, {scatter}.")
+            advice.append(f"Use its tolerance to set the error on {name}: {slope}, {scatter}.")
         if row["largest_jump"] > JUMPY:
-            found.append(f"Not for comparing runs at near tolerances on {name}: a factor of {row['neighbours']:.2f}"
+            advice.append(f"Not for comparing runs at near tolerances on {name}: a factor of {row['neighbours']:.2f}"
                          f" changes the error {row['largest_jump']:.3g} times.")  # fmt: skip
         for key, text in (("ulps", f"{ULPS} ulp"), ("tiny", f"{TINY:g}")):
             if (row[key] or 0) > SENSITIVE:
-                found.append(f"Not for an error that repeats on {name}: changes of the start by {text} change it"
+                advice.append(f"Not for an error that repeats on {name}: changes of the start by {text} change it"
                              f" {row[key]:.3g} times.")  # fmt: skip
     over = data.get("over_tolerance") or {}
     if over.get("cases"):
-        found.append(f"Its error is {over['median']:.3g} times the tolerance {over['tolerance']:g} in the median of"
+        advice.append(f"Its error is {over['median']:.3g} times the tolerance {over['tolerance']:g} in the median of"
                      f" {over['cases']} cases, at most {over['worst']:.3g} times ({over['worst_case']}).")  # fmt: skip
-    return found
+    return advice
 
 
 COLUMNS = (
@@ -84,24 +84,24 @@ COLUMNS = (
 
 def marks(data: Mapping[str, Any]) -> list[Mark]:
     """Slopes and jumps on the problems, and the spread of the error over the tolerance over all cases."""
-    found = []
+    marks = []
     for name, row in data["problems"].items():
         if row["slope"] is None:
-            found.append(Mark(name if name in SUBJECTS else SUBJECTS[0], text=row["why"]))
+            marks.append(Mark(name if name in SUBJECTS else SUBJECTS[0], text=row["why"]))
             continue
         interval = f"{row['slope']:.2f} ({row['slope_low']:.2f} to {row['slope_high']:.2f})"
         text = f"{interval}, scatter {row['scatter_decades']:.2f} decades"
         if name in SUBJECTS:
-            found.append(Mark(name, row["slope"], row["slope_low"], row["slope_high"], text))
+            marks.append(Mark(name, row["slope"], row["slope_low"], row["slope_high"], text))
         jump = f"{name}: {row['largest_jump']:.3g} times for a change of {row['neighbours']:.2f} times"
-        found.append(Mark("jump", row["largest_jump"], text=jump))
+        marks.append(Mark("jump", row["largest_jump"], text=jump))
     over = data["over_tolerance"]
     if over.get("cases"):
         text = (
             f"median {over['median']:.3g} of {over['cases']} cases, 10 to 90 %: {over['low']:.2g} to {over['high']:.2g}"
         )
-        found.append(Mark("over", over["median"], over["low"], over["high"], text))
-    return found
+        marks.append(Mark("over", over["median"], over["low"], over["high"], text))
+    return marks
 
 
 @panel("tolerance", "Error and tolerance", sentences, COLUMNS, marks, _applies)
@@ -183,8 +183,8 @@ def _spread(trials: Trials, tolerance: float, count: int, change: float) -> floa
     moved = start + units * rng.integers(-ULPS, ULPS, size=(count, len(start)), endpoint=True)
     slopes = sensitivity(trials.case.name)
     errors = []
-    for one, states in zip(moved, trials.solutions(trials.counting, tolerance, list(moved)), strict=True):
-        exact = trials.reference.exact + slopes @ (one - start)
+    for initial, states in zip(moved, trials.solutions(trials.counting, tolerance, list(moved)), strict=True):
+        exact = trials.reference.exact + slopes @ (initial - start)
         errors.append(float(np.max(trials.distance(states, exact))))
     least, most = min(errors), max(errors)
     return most / least if least > 0 and math.isfinite(most) else None
@@ -222,15 +222,15 @@ def over_tolerance(integrator: Integrator, budget: Budget, tolerance: float = 1e
         if budget.left <= 0 and len(ratios) >= CASES_FEWEST:
             break
         ratios[name] = trials_of(integrator, name).whole(tolerance).error / tolerance
-    found: dict[str, Any] = {"tolerance": tolerance, "tried": len(ratios), "of": len(known)}
+    data: dict[str, Any] = {"tolerance": tolerance, "tried": len(ratios), "of": len(known)}
     finite = {name: ratio for name, ratio in ratios.items() if math.isfinite(ratio)}
-    found |= {"cases": len(finite), "failed": sorted(set(ratios) - set(finite))}
+    data |= {"cases": len(finite), "failed": sorted(set(ratios) - set(finite))}
     if not finite:
-        return found
+        return data
     values = np.array(list(finite.values()))
     low, median, high = np.quantile(values, [0.1, 0.5, 0.9])
     worst = max(finite, key=lambda name: finite[name])
-    found |= {"low": low, "median": median, "high": high, "worst": finite[worst], "worst_case": worst}
+    data |= {"low": low, "median": median, "high": high, "worst": finite[worst], "worst_case": worst}
     if len(values) >= FEWEST:
-        found["mean_low"], found["mean_high"] = (10**x for x in interval_of_mean(np.log10(np.maximum(values, 1e-16))))
-    return found
+        data["mean_low"], data["mean_high"] = (10**x for x in interval_of_mean(np.log10(np.maximum(values, 1e-16))))
+    return data
