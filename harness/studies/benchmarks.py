@@ -23,12 +23,12 @@ NAMED = ("group", "problem", "level", "first_name", "second_name", "unit")
 
 def gather(launches: Sequence[Path]) -> dict[str, Any]:
     """One row for each comparison: the medians of both sides, and the ratio by launch with its median and range."""
-    found: dict[tuple[Any, ...], list[dict[str, Any]]] = {}
+    groups: dict[tuple[Any, ...], list[dict[str, Any]]] = {}
     for path in launches:
         for benchmark in json.loads(path.read_text(encoding="utf-8"))["benchmarks"]:
             for row in benchmark["extra_info"].get("rows", []):
-                found.setdefault(tuple(row.get(name) for name in NAMED), []).append(row)
-    rows = [dict(zip(NAMED, key, strict=True)) | reduce(members) for key, members in found.items()]
+                groups.setdefault(tuple(row.get(name) for name in NAMED), []).append(row)
+    rows = [dict(zip(NAMED, key, strict=True)) | reduce(members) for key, members in groups.items()]
     return {"launches": len(launches), "environment": environment.record(), "rows": rows}
 
 

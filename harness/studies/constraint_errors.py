@@ -53,18 +53,18 @@ def parts(case: Case, times: Floats, exact: Floats, states: Floats) -> Parts:
     m = len(form.constraint(0.0, tuple(start[:n]), tuple(p)))
     kernel = function_kernel(beside(form), 2 * n, len(p), 3 * m).array
     first = kernel(0.0, start, p)[m : 2 * m]
-    found, true = (np.array([kernel(t, y.copy(), p) for t, y in zip(times, of, strict=True)]) for of in (states, exact))
+    rows, true = (np.array([kernel(t, y.copy(), p) for t, y in zip(times, of, strict=True)]) for of in (states, exact))
     return Parts(
         _relative(states[:, :n], exact[:, :n]),
         _relative(states[:, n:], exact[:, n:]),
-        _relative(found[:, :m], true[:, :m]),
-        float(np.max(np.abs(found[:, m : 2 * m] - first))),
-        float(np.max(np.abs(found[:, 2 * m :]))),
+        _relative(rows[:, :m], true[:, :m]),
+        float(np.max(np.abs(rows[:, m : 2 * m] - first))),
+        float(np.max(np.abs(rows[:, 2 * m :]))),
     )
 
 
-def _relative(found: Floats, true: Floats) -> float:
-    return float(np.max(np.abs(found - true)) / np.max(np.abs(true)))
+def _relative(values: Floats, true: Floats) -> float:
+    return float(np.max(np.abs(values - true)) / np.max(np.abs(true)))
 
 
 def find_constrained(case: Case) -> Constrained | None:
@@ -87,19 +87,19 @@ def beside(form: Constrained) -> Equations:
     moved: Callable[..., Any] = rate
 
     def moving(t: Any, state: Values, p: Values) -> Values:
-        found, added = at_rest(t, state, p), moved(t, state[: len(state) // 2], p)
-        last = len(found) - len(added)
-        return (*found[:last], *[x + y for x, y in zip(found[last:], added, strict=True)])
+        values, added = at_rest(t, state, p), moved(t, state[: len(state) // 2], p)
+        last = len(values) - len(added)
+        return (*values[:last], *[x + y for x, y in zip(values[last:], added, strict=True)])
 
     return moving
 
 
 def judge(path: Path) -> pd.DataFrame:
     """The measurements of constrained cases in a results file: case, variant, integrator_id, error_max, and COLUMNS."""
-    found = []
+    rows = []
     for scorer, row, states in read_scored_states(path, lambda case: find_constrained(case) is not None):
         if np.isfinite(states).all():
             apart = parts(scorer.case, scorer.reference.times, scorer.reference.exact, states)
-            kept = {name: row[name] for name in ("case", "variant", "integrator_id", "setting", "error_max")}
-            found.append(kept | vars(apart))
-    return pd.DataFrame(found)
+            labels = {name: row[name] for name in ("case", "variant", "integrator_id", "setting", "error_max")}
+            rows.append(labels | vars(apart))
+    return pd.DataFrame(rows)

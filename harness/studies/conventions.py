@@ -34,35 +34,35 @@ class Convention:
 
 def turns(quaternion: Floats) -> Floats:
     """The rotation matrices, shape (n, 3, 3), body -> space; nan for a quaternion without a length."""
-    found = np.full((len(quaternion), 3, 3), math.nan)
+    matrices = np.full((len(quaternion), 3, 3), math.nan)
     with np.errstate(all="ignore"):
         usable = np.isfinite(quaternion).all(axis=1) & (np.linalg.norm(quaternion, axis=1) > 0)
-    found[usable] = Rotation.from_quat(quaternion[usable]).as_matrix()
-    return found
+    matrices[usable] = Rotation.from_quat(quaternion[usable]).as_matrix()
+    return matrices
 
 
 def _roll(places: int) -> Change:
-    return lambda given: Turning(np.roll(given.quaternion, places, axis=1), given.spin)
+    return lambda turning: Turning(np.roll(turning.quaternion, places, axis=1), turning.spin)
 
 
-def _conjugate(given: Turning) -> Turning:
-    return Turning(given.quaternion * [-1.0, -1.0, -1.0, 1.0], given.spin)
+def _conjugate(turning: Turning) -> Turning:
+    return Turning(turning.quaternion * [-1.0, -1.0, -1.0, 1.0], turning.spin)
 
 
-def _into_space(given: Turning) -> Turning:
-    return Turning(given.quaternion, np.einsum("nij,nj->ni", turns(given.quaternion), given.spin))
+def _into_space(turning: Turning) -> Turning:
+    return Turning(turning.quaternion, np.einsum("nij,nj->ni", turns(turning.quaternion), turning.spin))
 
 
-def _into_body(given: Turning) -> Turning:
-    return Turning(given.quaternion, np.einsum("nji,nj->ni", turns(given.quaternion), given.spin))
+def _into_body(turning: Turning) -> Turning:
+    return Turning(turning.quaternion, np.einsum("nji,nj->ni", turns(turning.quaternion), turning.spin))
 
 
 def _scale(factor: float) -> Change:
-    return lambda given: Turning(given.quaternion, given.spin * factor)
+    return lambda turning: Turning(turning.quaternion, turning.spin * factor)
 
 
 def _then(first: Change, second: Change) -> Change:
-    return lambda given: second(first(given))
+    return lambda turning: second(first(turning))
 
 
 def conventions(along_body: bool = False) -> Iterator[Convention]:
@@ -95,12 +95,12 @@ def conventions(along_body: bool = False) -> Iterator[Convention]:
 
 def rotations_of_axes() -> dict[str, Floats]:
     """The 23 rotations that map axes to other axes, y-up first; by the name of the axes that stand for x, y, z."""
-    found: dict[str, Floats] = {}
+    rotations: dict[str, Floats] = {}
     for turned in sorted(Rotation.create_group("O").as_matrix().round().tolist(), key=lambda rows: rows != Y_UP):
         named = ", ".join("-" * (min(row) < 0) + "xyz"[int(np.argmax(np.abs(row)))] for row in turned)
-        found[named] = np.array(turned)
-    del found["x, y, z"]
-    return found
+        rotations[named] = np.array(turned)
+    del rotations["x, y, z"]
+    return rotations
 
 
 POSITION, ATTITUDE, VELOCITY, SPIN = slice(0, 3), slice(3, 7), slice(7, 10), slice(10, 13)
@@ -110,17 +110,17 @@ NEAR = 0.05
 
 
 def free_body_error(
-    found: Floats, exact: Floats, parts: Sequence[slice] = (POSITION, ATTITUDE, VELOCITY, SPIN)
+    states: Floats, exact: Floats, parts: Sequence[slice] = (POSITION, ATTITUDE, VELOCITY, SPIN)
 ) -> float:
     """The largest difference between states (n, 13) of a free body, relative to the size of each quantity.
 
     A quaternion and its negative are one attitude. A quantity that is not finite is infinitely far.
     """
-    found = found.copy()
-    sign = np.where(np.sum(found[:, ATTITUDE] * exact[:, ATTITUDE], axis=1) < 0, -1.0, 1.0)
-    found[:, ATTITUDE] *= sign[:, None]
+    states = states.copy()
+    sign = np.where(np.sum(states[:, ATTITUDE] * exact[:, ATTITUDE], axis=1) < 0, -1.0, 1.0)
+    states[:, ATTITUDE] *= sign[:, None]
     errors = [
-        np.max(np.linalg.norm((found - exact)[:, part], axis=1))
+        np.max(np.linalg.norm((states - exact)[:, part], axis=1))
         / (np.max(np.linalg.norm(exact[:, part], axis=1)) or 1.0)
         for part in parts
     ]
@@ -129,40 +129,40 @@ def free_body_error(
 
 def with_turning(states: Floats, change: Change) -> Floats:
     """States (n, 13) of a free body whose attitude and angular velocity are changed."""
-    found, turned = states.copy(), change(Turning(states[:, ATTITUDE], states[:, SPIN]))
-    found[:, ATTITUDE], found[:, SPIN] = turned
-    return found
+    changed, turned = states.copy(), change(Turning(states[:, ATTITUDE], states[:, SPIN]))
+    changed[:, ATTITUDE], changed[:, SPIN] = turned
+    return changed
 
 
-def explain_reading(found: Floats, exact: Floats) -> str:
+def explain_reading(readings: Floats, exact: Floats) -> str:
     """What to change in readings (n, 13) of a free body so that they are the exact states; "" if nothing explains them."""
-    error = free_body_error(found, exact)
+    error = free_body_error(readings, exact)
     least = NEAR * min(error, 1.0)
 
     def fits(states: Floats) -> bool:
         return free_body_error(states, exact) < least
 
     for convention in conventions():
-        if fits(with_turning(found, convention.undo)):
+        if fits(with_turning(readings, convention.undo)):
             return convention.text
-    exchanged = found.copy()
-    exchanged[:, VELOCITY], exchanged[:, SPIN] = found[:, SPIN], found[:, VELOCITY]
+    exchanged = readings.copy()
+    exchanged[:, VELOCITY], exchanged[:, SPIN] = readings[:, SPIN], readings[:, VELOCITY]
     if fits(exchanged):
         return "velocity and angular velocity are exchanged"
     for named, turn in rotations_of_axes().items():
-        states = found.copy()
+        states = readings.copy()
         for part in (POSITION, VELOCITY, SPIN):
-            states[:, part] = found[:, part] @ turn.T
+            states[:, part] = readings[:, part] @ turn.T
         body = Rotation.from_matrix(turn)
         up = " (its y axis is up)" * (turn.tolist() == Y_UP)
         for whole in (False, True):
-            turned = body * Rotation.from_quat(found[:, ATTITUDE])
+            turned = body * Rotation.from_quat(readings[:, ATTITUDE])
             states[:, ATTITUDE] = (turned * body.inv() if whole else turned).as_quat()
             if fits(states):
                 return f"x, y, z are {named} of the frame of its readings{up}: turn them"
     for part, name in ((POSITION, "positions"), (VELOCITY, "velocities"), (SPIN, "angular velocities")):
-        states = found.copy()
-        factor = float(np.sum(found[:, part] * exact[:, part]) / np.sum(exact[:, part] ** 2))
+        states = readings.copy()
+        factor = float(np.sum(readings[:, part] * exact[:, part]) / np.sum(exact[:, part] ** 2))
         if factor:
             states[:, part] /= factor
             if fits(states):

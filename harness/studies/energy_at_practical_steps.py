@@ -126,8 +126,8 @@ def _motions(integrator: Integrator, names: Sequence[selection.CaseLike] | None)
 
 def energy_of(case: Case) -> str | None:
     """The name of the energy that a case without events keeps; None without one."""
-    kept = (name for name, each in case.invariants.items() if "energy" in name and each.law == "constant")
-    return next(kept, None) if case.hybrid is None else None
+    energies = (name for name, each in case.invariants.items() if "energy" in name and each.law == "constant")
+    return next(energies, None) if case.hybrid is None else None
 
 
 def turn_body(engine: Engine) -> str:
@@ -137,16 +137,16 @@ def turn_body(engine: Engine) -> str:
     momenta, first = np.array(MOMENTS) * spin, np.multiply(MOMENTS, TURNING)
     twice, begin = np.sum(momenta * spin, axis=1), float(first @ TURNING)
     changes = twice / begin - 1
-    said = f"{say_change(changes, LATE_READINGS)} in {SECONDS} s at 1/{STEPS_A_SECOND} s"
+    text = f"{say_change(changes, LATE_READINGS)} in {SECONDS} s at 1/{STEPS_A_SECOND} s"
     if not np.all(np.isfinite(path)):
-        return said
+        return text
     late = slice(-LATE_READINGS, None)
     if not oscillates(changes, LATE_READINGS):
         squares = np.sum(momenta[late] ** 2, axis=1)
-        said += say_axis(float(first @ first) / begin, float(np.mean(squares) / np.mean(twice[late])))
+        text += say_axis(float(first @ first) / begin, float(np.mean(squares) / np.mean(twice[late])))
     in_space = turn_back(path[late, ATTITUDE] * (-1, -1, -1, 1), momenta[late])
     off = float(np.linalg.norm(np.mean(in_space, axis=0) - first) / np.linalg.norm(first))
-    return said + (f", angular momentum off by {percent(off)}" if off > SEEN else "")
+    return text + (f", angular momentum off by {percent(off)}" if off > SEEN else "")
 
 
 def say_axis(before: float, after: float) -> str:
@@ -167,8 +167,8 @@ def turn_back(attitudes: Floats, vectors: Floats) -> Floats:
     """Vectors (n, 3) in the axes of bodies with these attitudes (n, 4); also if a quaternion has another length."""
     q = attitudes / np.linalg.norm(attitudes, axis=1, keepdims=True)
     axis, scalar = -q[:, :3], q[:, 3:]
-    found: Floats = vectors + 2 * np.cross(axis, np.cross(axis, vectors) + scalar * vectors)
-    return found
+    turned: Floats = vectors + 2 * np.cross(axis, np.cross(axis, vectors) + scalar * vectors)
+    return turned
 
 
 def drop_ball(engine: Engine) -> str:
@@ -186,8 +186,8 @@ def drop_ball(engine: Engine) -> str:
 def _path(engine: Engine, form: SceneForm, start: Floats) -> Floats:
     """Readings of a free body, shape (times, 13)."""
     times = np.arange(1, SECONDS * STEPS_A_SECOND // EVERY + 1) * (EVERY / STEPS_A_SECOND)
-    found: Floats = engine.solve(form, [start], times.tolist(), 1 / STEPS_A_SECOND)[0]
-    return found
+    readings: Floats = engine.solve(form, [start], times.tolist(), 1 / STEPS_A_SECOND)[0]
+    return readings
 
 
 def follow_motion(integrator: Integrator, case: Case) -> str:
@@ -208,9 +208,9 @@ def follow_motion(integrator: Integrator, case: Case) -> str:
     value = in_extended_precision(case.invariants[name].function, np.array(case.parameter_values(), dtype=float))
     with np.errstate(all="ignore"):  # a state may overflow
         changes = np.asarray((value(states[0]) - value(start[0])) / size_of(value, start[0]), dtype=float)
-    said = say_change(changes, min(LATE * SAMPLES_A_PERIOD, samples // 4))
+    text = say_change(changes, min(LATE * SAMPLES_A_PERIOD, samples // 4))
     at = f"{steps / scales:.3g} steps a {unit}" if isinstance(sweep, Steps) else f"tolerance {setting:g}"
-    return f"{said} after {periods * scales:.0f} {unit}s at {at}"
+    return f"{text} after {periods * scales:.0f} {unit}s at {at}"
 
 
 def size_of(value: Callable[[Floats], Any], start: Floats) -> float:
@@ -291,7 +291,7 @@ def _say(measure: Measure, send: Send) -> None:
         send(f"energy not measured: {type(error).__name__}: {shortened(str(error).partition(chr(10))[0])}")
 
 
-def _serve(given: references.Reference, spec: CaseSpec, connection: Connection) -> None:
+def _serve(reference: references.Reference, spec: CaseSpec, connection: Connection) -> None:
     """Do the work of an EnergyJob in a new process, which imports the user's module, and send the results."""
-    integrator, (case, _) = references.dereference(given), spec.build()
+    integrator, (case, _) = references.dereference(reference), spec.build()
     _say(partial(follow_motion, integrator, case), sender(connection))

@@ -36,13 +36,13 @@ HOUR, HOUR_STEP = 3600.0, 0.01
 
 def costs(integrator: SceneIntegrator) -> dict[str, Any]:
     """A row for an engine, driven in one way; with `reason` in place of numbers if it runs none of the scenes."""
-    found: dict[str, Any] = {"integrator": integrator.id}
+    row: dict[str, Any] = {"integrator": integrator.id}
     for name, case, form in _scenes(integrator):
         try:
-            return found | {"scene": name} | _measure(integrator, case, form)
+            return row | {"scene": name} | _measure(integrator, case, form)
         except Refused as error:
-            found["reason"] = str(error)
-    return {"reason": "it runs none of the scenes"} | found
+            row["reason"] = str(error)
+    return {"reason": "it runs none of the scenes"} | row
 
 
 def is_same_in_threads(integrator: SceneIntegrator) -> bool:
@@ -124,25 +124,25 @@ def _run_beside_another(integrator: SceneIntegrator, form: SceneForm, scene: Sce
         second.advance(3)
         world.advance(10)
     readings = world.read()
-    for one in (world, second):
-        one.close()
+    world.close()
+    second.close()
     return readings
 
 
 def _is_same(integrator: SceneIntegrator, form: SceneForm, scene: Scene, first: Readings) -> bool:
-    found: list[Readings] = []
+    readings: list[Readings] = []
 
     def call() -> None:
         # Callbacks of an engine that belong to the process may fail: then bits are missing.
         with contextlib.suppress(Exception):
-            found.append(_run(integrator, form, scene))
+            readings.append(_run(integrator, form, scene))
 
     threads = [threading.Thread(target=call) for _ in range(2)]
     for thread in threads:
         thread.start()
     for thread in threads:
         thread.join()
-    return found == [first, first]
+    return readings == [first, first]
 
 
 def _singly(world: World) -> None:
@@ -179,11 +179,11 @@ def _least(call: Callable[[], object]) -> float:
 
 def _world_kilobytes(integrator: SceneIntegrator, form: SceneForm, scene: Scene) -> float:
     """The growth of the process for each of several worlds that are open together, after one."""
-    one = _place(integrator, form, scene)
+    first = _place(integrator, form, scene)
     before = _resident()
     worlds = [_place(integrator, form, scene) for _ in range(WORLDS)]
     after = _resident()
-    for world in (one, *worlds):
+    for world in (first, *worlds):
         world.close()
     return (after - before) / WORLDS
 
@@ -222,11 +222,11 @@ def _energy_an_hour(integrator: SceneIntegrator) -> float | None:
     if integrator.unsupported(problem.form) is not None:
         return None
     problem = replace(problem, times=np.arange(1, 65) * HOUR / 64)
-    found = solve_within(integrator, problem, HOUR_STEP, initial_state(case)[None], moves=True)
-    if found.solution is None:
+    outcome = solve_within(integrator, problem, HOUR_STEP, initial_state(case)[None], moves=True)
+    if outcome.solution is None:
         return None
     parameters = [float(value) for value in case.parameter_values()]
-    theta, omega = np.vstack([initial_state(case), found.states[0]]).T
+    theta, omega = np.vstack([initial_state(case), outcome.states[0]]).T
     depth = 2 * parameters[0] / parameters[1]
     energy = omega**2 / 2 + parameters[0] / parameters[1] * (1 - np.cos(theta))
     return float(np.max(np.abs(energy - energy[0])) / depth)

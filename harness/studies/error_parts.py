@@ -73,9 +73,9 @@ def parts(
 
 def _order(steps: Sequence[float], errors: Sequence[float], least: float) -> float | None:
     """The slope over the finest steps, if the slopes between neighbours differ from it by at most WITHIN."""
-    found = slopes(steps, errors, least / 10)
-    if found is not None and max(found[0] - found[1], found[2] - found[0]) <= WITHIN:
-        return found[0]
+    fit = slopes(steps, errors, least / 10)
+    if fit is not None and max(fit[0] - fit[1], fit[2] - fit[0]) <= WITHIN:
+        return fit[0]
     straight = line(steps, errors, least / 4, WITHIN)
     return straight[0] if straight else None
 
@@ -106,9 +106,9 @@ def _solver(errors: Mapping[float, float], tighter: Mapping[float, float]) -> fl
 
 
 def _largest_step(steps: Sequence[float], errors: Sequence[float], target: float) -> float | None:
-    found = None
+    largest = None
     for step, error in sorted(zip(steps, errors, strict=True)):
         if not error <= target:
             break
-        found = step
-    return found
+        largest = step
+    return largest

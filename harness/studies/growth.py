@@ -77,7 +77,7 @@ def subjects_of(methods: Iterable[Integrator]) -> list[Subject]:
     for row in table["subjects"]:
         for name in row.pop("integrators"):
             listed.setdefault(f"gnomon:{name}", []).append(Subject(f"gnomon:{name}", **row))
-    return [subject for one in methods for subject in listed.get(one.id) or _find_default(one, table)]
+    return [subject for method in methods for subject in listed.get(method.id) or _find_default(method, table)]
 
 
 def _find_default(method: Integrator, table: Mapping[str, Any]) -> list[Subject]:
@@ -121,9 +121,9 @@ def name_law(low: float, high: float, words: Mapping[str, str] | None = None) ->
     `words`: other spellings of the names in LAWS.
     """
     spelled = {law: (words or {}).get(law, law) for law in LAWS}
-    found = possible(low, high)
-    if found:
-        *others, last = (spelled[law] for law in found)
+    laws = possible(low, high)
+    if laws:
+        *others, last = (spelled[law] for law in laws)
         return f"undecided between {', '.join(others)} and {last}" if others else last
     below = [spelled[law] for law, power in LAWS.items() if power < low]
     above = [spelled[law] for law, power in LAWS.items() if power > high]
@@ -164,23 +164,23 @@ def trajectories(subject: Subject, case: Case, integrator: Integrator) -> tuple[
     if setting > 1:
         setting = interval / max(1, round(setting * subject.periods / subject.samples))
     start = initial_state(case) * (1 - np.arange(subject.starts)[:, None] / 64)
-    state, found, steps = start, [], []
+    state, pieces, steps = start, [], []
     with Prepared(integrator, problem, setting) as solver:
         for _ in range(subject.parts):
             parts = np.split(state, range(subject.together, len(state), subject.together))
             solutions = [outcome(partial(solver.counted, each)).whole for each in parts]
-            found.append(np.concatenate([solution.states for solution in solutions]))
+            pieces.append(np.concatenate([solution.states for solution in solutions]))
             steps += [solution.steps for solution in solutions]
-            state = found[-1][:, -1]
-    states = np.concatenate(found, axis=1)
+            state = pieces[-1][:, -1]
+    states = np.concatenate(pieces, axis=1)
     validation.require_motion(states, start)
     counted = [each for each in steps if each is not None]
     return whole, start, states, sum(counted) / len(start) if len(counted) == len(steps) else None
 
 
 def period_of(case: Case) -> float:
-    found = case.quantities()
-    return next((float(found[name]) for name in PERIODS if name in found), 2 * math.pi * float(case.time_scale))
+    numbers = case.quantities()
+    return next((float(numbers[name]) for name in PERIODS if name in numbers), 2 * math.pi * float(case.time_scale))
 
 
 def twenty_bits(x: float) -> float:

@@ -34,22 +34,22 @@ def along(scorer: Scorer, states: Floats) -> Along:
     allowed = np.maximum.accumulate(np.maximum(reference.conditioning, reference.floor))
     ratios = np.where(np.isfinite(errors), errors, np.inf) / allowed
     lost = np.flatnonzero(ratios > CONDITIONED)
-    kept = len(ratios) if len(lost) == 0 else int(lost[0])
-    return Along(float(reference.times[kept - 1]) if kept else 0.0, float(np.max(ratios)))
+    valid = len(ratios) if len(lost) == 0 else int(lost[0])
+    return Along(float(reference.times[valid - 1]) if valid else 0.0, float(np.max(ratios)))
 
 
 def judge(path: Path) -> pd.DataFrame:
     """The measurements of chaotic cases in a results file: case, variant, integrator_id, order_declared, setting, work,
     error_max, horizon (s), valid_share of the horizon, times_conditioning, to_the_end (whether the last sample is valid)."""
-    return pd.DataFrame([_judge(*one) for one in read_scored_states(path, lambda case: case.horizon is not None)])
+    return pd.DataFrame([_judge(*scored) for scored in read_scored_states(path, lambda case: case.horizon is not None)])
 
 
 def _judge(scorer: Scorer, row: dict[str, Any], states: Floats) -> dict[str, Any]:
     assert scorer.case.horizon is not None
     result, horizon = along(scorer, states), scorer.case.horizon
-    kept = ("case", "variant", "integrator_id", "order_declared", "setting", "work", "error_max")
+    names = ("case", "variant", "integrator_id", "order_declared", "setting", "work", "error_max")
     return (
-        {name: row[name] for name in kept}
+        {name: row[name] for name in names}
         | {"horizon": horizon, "valid_share": result.valid_time / horizon}
         | {
             "times_conditioning": result.times_conditioning,

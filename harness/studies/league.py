@@ -44,48 +44,48 @@ def league(path: Path) -> dict[str, Any]:
     """The contents of engines.json, from a results file."""
     reduced = analysis.settings(analysis.tidy(store.load(path)))
     engines = lookup.own().values()
-    found = [one for one in choose_shown(engines) if lookup.missing(one) is None]
-    ran = reduced[reduced["integrator_id"].isin({one.id for one in found})]
+    shown = [engine for engine in choose_shown(engines) if lookup.missing(engine) is None]
+    ran = reduced[reduced["integrator_id"].isin({engine.id for engine in shown})]
     place = {name: k for k, name in enumerate(SCENES)}
     ran = ran.assign(place=[place.get(scene_name(row), len(place)) for row in ran.to_dict("records")])
     return {
         "environment": environment.record() | {"run": str(store.runs(path)[-1]["started"])[:10]},
-        "engines": [engine_row(one, reduced) for one in found],
-        "lines": dict(write_lines(dict.fromkeys(one.library for one in found))),
+        "engines": [engine_row(engine, reduced) for engine in shown],
+        "lines": dict(write_lines(dict.fromkeys(engine.library for engine in shown))),
         "absent": {
-            one.library: str(lookup.missing(one)) for one in choose_shown(engines) if lookup.missing(one) is not None
+            engine.library: reason for engine in choose_shown(engines) if (reason := lookup.missing(engine)) is not None
         },
         "scenes": [scene_row(part) for _, part in ran.groupby(["place", "case", "variant"], sort=True)],
-        "rows": [*result_rows(ran, reduced, {one.id: one for one in found})],
-        "table": {one.id: explain_declined(one) for one in found if one.policy != SHIPPED},
-        "preflights": [*measure_study(preflights_of, found, os.cpu_count() or 1)],
-        "costs": [*costs([one for one in found if one.policy != SHIPPED])],
+        "rows": [*result_rows(ran, reduced, {engine.id: engine for engine in shown})],
+        "table": {engine.id: explain_declined(engine) for engine in shown if engine.policy != SHIPPED},
+        "preflights": [*measure_study(preflights_of, shown, os.cpu_count() or 1)],
+        "costs": [*costs([engine for engine in shown if engine.policy != SHIPPED])],
     }
 
 
 def choose_shown(integrators: Iterable[Integrator]) -> list[SceneIntegrator]:
     """The ways to drive engines that have rows of their own: all are compared at equal fixed steps."""
-    engines = [one for one in integrators if isinstance(one, SceneIntegrator) and one.policy != TIGHT]
-    return [one for one in engines if isinstance(one.sweep, Steps)]
+    engines = [engine for engine in integrators if isinstance(engine, SceneIntegrator) and engine.policy != TIGHT]
+    return [engine for engine in engines if isinstance(engine.sweep, Steps)]
 
 
-def engine_row(one: SceneIntegrator, reduced: pd.DataFrame) -> dict[str, Any]:
+def engine_row(engine: SceneIntegrator, reduced: pd.DataFrame) -> dict[str, Any]:
     """The declaration of an engine, driven in one way, and the options that it changes from the engine's defaults."""
     try:
-        versions = dict(one.versions())
+        versions = dict(engine.versions())
     except PackageNotFoundError:
         versions = {}
-    own = reduced[reduced["integrator_id"] == one.id]
+    own = reduced[reduced["integrator_id"] == engine.id]
     return {
-        "id": one.id,
-        "library": one.library,
-        "title": LIBRARIES[one.library].title,
-        "policy": one.policy,
-        "order": one.order,
-        "bits": one.bits,
+        "id": engine.id,
+        "library": engine.library,
+        "title": LIBRARIES[engine.library].title,
+        "policy": engine.policy,
+        "order": engine.order,
+        "bits": engine.bits,
         "versions": versions,
         "changed": list_options(own["settings_changed"]),
-        "lacks": dict(one.lacks),
+        "lacks": dict(engine.lacks),
     }
 
 
@@ -95,7 +95,7 @@ def list_options(texts: Iterable[str]) -> dict[str, str]:
     for text in dict.fromkeys(texts):
         for name, value in json.loads(text or "{}").items():
             values.setdefault(name, {})[str(value)] = None
-    return {name: next(iter(found)) if len(found) == 1 else f"{len(found)} values" for name, found in values.items()}
+    return {name: next(iter(seen)) if len(seen) == 1 else f"{len(seen)} values" for name, seen in values.items()}
 
 
 def lines_of(library: str) -> list[str]:
@@ -138,21 +138,21 @@ def result_rows(
     """A row for each scene and each way to drive an engine: its points (step, error, seconds a step) and its four parts."""
     tight = reduced[reduced["policy"] == TIGHT]
     for (case, variant, name), part in ran.groupby(["case", "variant", "integrator_id"], sort=False):
-        one = engines[str(name)]
-        found = {"scene": scene_name(part.iloc[0]), "integrator": name, "policy": one.policy}
+        engine = engines[str(name)]
+        row = {"scene": scene_name(part.iloc[0]), "integrator": name, "policy": engine.policy}
         scored = part[part["status"].isin(SCORED) & part["setting"].notna()]
         if scored.empty:
-            yield found | {"status": part["status"].iloc[0], "reason": part["reason"].iloc[0], "points": []}
+            yield row | {"status": part["status"].iloc[0], "reason": part["reason"].iloc[0], "points": []}
             continue
-        beside = tight[(tight["case"] == case) & (tight["variant"] == variant) & (tight["library"] == one.library)]
-        beside = beside[(beside["integrator"] == one.name) & (one.policy == CONFIGURED)]
+        beside = tight[(tight["case"] == case) & (tight["variant"] == variant) & (tight["library"] == engine.library)]
+        beside = beside[(beside["integrator"] == engine.name) & (engine.policy == CONFIGURED)]
         errors = [float(e) for e in scored["error_max"].fillna(math.inf)]
         steps = [float(h) for h in scored["setting"]]
-        floor = floor_of(one.bits, float(max(part["conditioning"].max(), part["floor"].max())))
+        floor = floor_of(engine.bits, float(max(part["conditioning"].max(), part["floor"].max())))
         pairs = zip(beside["setting"].tolist(), beside["error_max"].tolist(), strict=True)
         tighter = {float(h): float(e) for h, e in pairs if math.isfinite(e)}
         each = scored["seconds"] / scored["steps"]
-        yield found | {
+        yield row | {
             "status": "ran",
             "reason": "",
             "points": [
@@ -163,23 +163,23 @@ def result_rows(
         }
 
 
-def explain_declined(one: SceneIntegrator) -> dict[str, str]:
+def explain_declined(engine: SceneIntegrator) -> dict[str, str]:
     """For every case with a scene the reason why the engine does not take it; empty if it does."""
-    found = {}
+    reasons = {}
     for name in names():
         case = get(name)
         if case.scene is not None:
-            found[name] = one.unsupported(case.scene) or _explain_scene(one, name)
-    return found
+            reasons[name] = engine.unsupported(case.scene) or _explain_scene(engine, name)
+    return reasons
 
 
-def _explain_scene(one: SceneIntegrator, name: str) -> str:
+def _explain_scene(engine: SceneIntegrator, name: str) -> str:
     """The reason that depends on the numbers of a scene, such as a motion that is not planar; empty without one."""
-    problem = problem_of(get(name).rounded(), one.accepts)
+    problem = problem_of(get(name).rounded(), engine.accepts)
     if not isinstance(problem.form, SceneForm):
         return "no scene"
     try:
-        one.prepare(problem, problem.interval).close()
+        engine.prepare(problem, problem.interval).close()
     except Refused as error:
         return str(error)
     return ""
@@ -187,29 +187,29 @@ def _explain_scene(one: SceneIntegrator, name: str) -> str:
 
 def measure_study(study: Any, engines: Sequence[SceneIntegrator], workers: int) -> Iterator[dict[str, Any]]:
     """The rows of a study of each engine, in child processes; a crash is a row too."""
-    found = dict(calls(study, [one.id for one in engines], workers, "spawn"))
-    for one in engines:
-        result = found[one.id]
+    results = dict(calls(study, [engine.id for engine in engines], workers, "spawn"))
+    for engine in engines:
+        result = results[engine.id]
         if isinstance(result, BaseException):
-            yield {"integrator": one.id, "reason": f"{type(result).__name__}: {result}"}
+            yield {"integrator": engine.id, "reason": f"{type(result).__name__}: {result}"}
         else:
             yield from result if isinstance(result, list) else [result]
 
 
 def costs(engines: Sequence[SceneIntegrator]) -> Iterator[dict[str, Any]]:
     """Rows of costs, one engine at a time, as these are times. A way as shipped steps as the same engine does configured."""
-    threads = dict(calls(threads_of, [one.id for one in engines], 1, "spawn"))
-    for one in engines:  # each in a new process, since memory that another engine has freed would be taken again
-        for row in measure_study(costs_of, [one], 1):
+    threads = dict(calls(threads_of, [engine.id for engine in engines], 1, "spawn"))
+    for engine in engines:  # each in a new process, since memory that another engine has freed would be taken again
+        for row in measure_study(costs_of, [engine], 1):
             if "same_bits" in row:
                 row["same_bits"]["in two threads"] = threads[row["integrator"]] is True
             yield row
 
 
 def threads_of(name: str) -> bool:
-    one = lookup.own()[name]
-    assert isinstance(one, SceneIntegrator)
-    return engine_costs.is_same_in_threads(one)
+    engine = lookup.own()[name]
+    assert isinstance(engine, SceneIntegrator)
+    return engine_costs.is_same_in_threads(engine)
 
 
 def preflights_of(name: str) -> list[dict[str, Any]]:
@@ -231,9 +231,9 @@ def preflights_of(name: str) -> list[dict[str, Any]]:
 
 
 def costs_of(name: str) -> dict[str, Any]:
-    one = lookup.own()[name]
-    assert isinstance(one, SceneIntegrator)
-    return engine_costs.costs(one)
+    engine = lookup.own()[name]
+    assert isinstance(engine, SceneIntegrator)
+    return engine_costs.costs(engine)
 
 
 def main() -> None:

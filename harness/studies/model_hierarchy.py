@@ -94,30 +94,30 @@ def cost(full: str, model: str, times: Mapping[str, pd.Series]) -> dict[str, Any
     parties. `ratio` is the median of model over full for the `integrators` that reached the error on both, on one
     machine; nan without any. `times`: see `times_of`.
     """
-    found: dict[str, Any] = dict(NO_COST)
+    row: dict[str, Any] = dict(NO_COST)
     if model not in times or full not in times:
-        return found
+        return row
     ratios = (times[model] / times[full]).dropna()
     names = times[model].index.get_level_values("integrator_id")
     third = times[model][[division(name.partition(":")[0]) == THIRD for name in names]]
     for key, part in (("fastest", times[model]), ("third", third)):
         if len(part):
-            found |= {key: str(part.idxmin()[0]), "third_seconds" if key == "third" else "seconds": float(part.min())}
+            row |= {key: str(part.idxmin()[0]), "third_seconds" if key == "third" else "seconds": float(part.min())}
     if len(ratios):
-        found |= {"ratio": float(ratios.median()), "integrators": len(ratios)}
-    return found
+        row |= {"ratio": float(ratios.median()), "integrators": len(ratios)}
+    return row
 
 
 def hierarchies(cases: Iterable[Case], equal: pd.DataFrame, reduced: pd.DataFrame) -> pd.DataFrame:
     """Error and cost of every level of the model hierarchies of these cases; the full model is the last row of each."""
     rows, times = [], times_of(equal, reduced)
     for case in cases:
-        found = model_errors(case)
-        for row in found:
+        levels = model_errors(case)
+        for row in levels:
             # A level that is the case itself with other parameters was not run with these parameters.
             measured = {} if row["model"] == case.name else cost(case.name, row["model"], times)
             rows.append(row | NO_COST | measured)
-        if found:
+        if levels:
             last: dict[str, Any] = dict.fromkeys(("hierarchy", "model", "label"), case.name)
             last |= {"effect": "the full model", "lacks": "", "error": 0.0, "early": 0.0}
             rows.append(last | cost(case.name, case.name, times))

@@ -76,8 +76,8 @@ def subjects_of(methods: Iterable[Integrator]) -> list[Subject]:
     """The subjects of methods: as orders.toml lists them, or by the defaults of this file; none for a method without either."""
     table = read_declared("studies", "orders.toml")
     listed = {name: Subject(name, **row) for row in table["subjects"] for name in row.pop("integrators")}
-    found = (listed.get(one.id.removeprefix("gnomon:")) or _find_default(one, table) for one in methods)
-    return [subject for subject in found if subject is not None]
+    subjects = (listed.get(method.id.removeprefix("gnomon:")) or _find_default(method, table) for method in methods)
+    return [subject for subject in subjects if subject is not None]
 
 
 def _find_default(method: Integrator, table: Mapping[str, Any]) -> Subject | None:
@@ -97,8 +97,8 @@ def measure_row(subject: Subject) -> dict[str, Any]:
     integrator = lookup.own()[f"gnomon:{subject.integrator}"]
     twin = at_fixed_steps(integrator)
     case = get(subject.case, subject.variant, span=subject.span)
-    found = order_of(subject, twin, case)
-    if found is None:
+    fit = order_of(subject, twin, case)
+    if fit is None:
         raise RuntimeError(f"no range of steps shows the order of {subject.integrator} on {subject.case}")
     return {
         "integrator": subject.integrator,
@@ -106,8 +106,8 @@ def measure_row(subject: Subject) -> dict[str, Any]:
         "span": float(case.span),
         "digits": subject.digits if subject.counts else BINARY64,
         "at_fixed_steps": twin is not integrator or isinstance(integrator, Taylor),
-        "points": found[1],
-        "order": found[0],
+        "points": fit[1],
+        "order": fit[0],
         "declared": integrator.order,
         "keeps": list(integrator.conserves),
     }

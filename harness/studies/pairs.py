@@ -37,13 +37,13 @@ class Side:
 
     def near(self, targets: Sequence[float]) -> list[int]:
         """Indices of the settings between which the times at these errors are interpolated."""
-        found: set[int] = set()
+        indices: set[int] = set()
         for target in targets:
             # With the indices of the settings as times, the time at the target is its place between two settings.
             place, _ = time_at(self.errors, range(1, len(self.errors) + 1), target)
             if math.isfinite(place):
-                found |= {math.ceil(place) - 2, math.ceil(place) - 1}
-        return sorted(found - {-1})
+                indices |= {math.ceil(place) - 2, math.ceil(place) - 1}
+        return sorted(indices - {-1})
 
     def time(self, known: dict[int, float], target: float) -> float | None:
         """Seconds at an error, from the seconds `known` by index of setting; None if no setting reaches the error."""
@@ -99,14 +99,14 @@ def time_interleaved(sides: Sequence[Sequence[Solver]], start: Floats, repeats: 
     try:
         for repeat in range(repeats + 1):
             for k in range(max(map(len, sides))):
-                for side, kept in zip(sides, times, strict=True):
+                for side, side_times in zip(sides, times, strict=True):
                     if k < len(side):
                         own, solve = start.copy(), side[k].solve
                         begin = perf_counter_ns()
                         solve(own)
                         elapsed = perf_counter_ns() - begin
                         if repeat:
-                            kept[k].append(elapsed)
+                            side_times[k].append(elapsed)
     finally:
         gc.enable()
-    return [[float(np.median(t)) * 1e-9 for t in kept] for kept in times]
+    return [[float(np.median(t)) * 1e-9 for t in side] for side in times]

@@ -98,8 +98,8 @@ def _row(engine: Engine, name: str, scene: str, form: SceneForm, measure: Measur
 @cache
 def smooth_cases() -> tuple[Case, ...]:
     """The cases that have a scene and no events, with the variants of STRONGER."""
-    found = [get(*name) for name in [*((name,) for name in names()), *STRONGER.items()]]
-    return tuple(case for case in found if _is_smooth(case))
+    cases = [get(*name) for name in [*((name,) for name in names()), *STRONGER.items()]]
+    return tuple(case for case in cases if _is_smooth(case))
 
 
 def _is_smooth(case: Case) -> bool:
@@ -112,7 +112,7 @@ def _acceleration(engine: Engine, on: Sequence[Case]) -> Scenes:
 
 
 def _on_case(engine: Engine, case: Case) -> tuple[float, float, str]:
-    problem, form = problem_of(case, (SceneForm,)), next(found for found in map(first_order, case.all_forms()) if found)
+    problem, form = problem_of(case, (SceneForm,)), next(form for form in map(first_order, case.all_forms()) if form)
     assert isinstance(problem.form, SceneForm)
     chosen = np.random.default_rng(0).choice(case.times, STATES, replace=False)
     t0 = float(chosen[0]) if "time_force" in problem.form.needs else 0.0

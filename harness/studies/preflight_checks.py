@@ -42,24 +42,24 @@ Scenes = dict[str, tuple[SceneForm, Measure]]
 
 def _free(form: SceneForm, engine: Engine, start: Floats, steps: int, step: float) -> Floats:
     """The state of a free body after some steps."""
-    found: Floats = engine.solve(form, [start], [steps * step], step)[0, 0]
-    return found
+    end: Floats = engine.solve(form, [start], [steps * step], step)[0, 0]
+    return end
 
 
-def _relative(found: Floats, expected: Floats) -> float:
-    return float(np.linalg.norm(found - expected) / np.linalg.norm(expected))
+def _relative(computed: Floats, expected: Floats) -> float:
+    return float(np.linalg.norm(computed - expected) / np.linalg.norm(expected))
 
 
 def _drift(engine: Engine) -> Scenes:
     start = state(velocity=(1.0, -2.0, 3.0), spin=(0.0, 0.0, 1.5))
 
-    def kept(form: SceneForm, part: slice, what: str) -> tuple[float, float, str]:
+    def change(form: SceneForm, part: slice, what: str) -> tuple[float, float, str]:
         end = _free(form, engine, start, 100, 2.0**-7)
         return _relative(end[part], start[part]), 100 * engine.rounding, f"change of {what} over 100 steps, relative"
 
     return {
-        "moving_body": (AT_REST, partial(kept, AT_REST, VELOCITY, "velocity")),
-        "spinning_body": (TUMBLING, partial(kept, TUMBLING, SPIN, "spin")),
+        "moving_body": (AT_REST, partial(change, AT_REST, VELOCITY, "velocity")),
+        "spinning_body": (TUMBLING, partial(change, TUMBLING, SPIN, "spin")),
     }
 
 
@@ -110,8 +110,7 @@ def _problem(form: SceneForm, dimension: int) -> Problem:
 
 
 def _spin_rates(engine: Engine, starts: Sequence[Floats]) -> tuple[float, float, str]:
-    spin = list(range(13))[SPIN]
-    return rate_error(engine, _problem(TUMBLING, 13), tumbling_rates, np.array(starts), [spin])
+    return rate_error(engine, _problem(TUMBLING, 13), tumbling_rates, np.array(starts), [list(range(13))[SPIN]])
 
 
 def _gyroscopic_term(engine: Engine) -> Scenes:
@@ -128,39 +127,39 @@ def _inertia_frame(engine: Engine) -> Scenes:
 
 def _joint_axes(engine: Engine) -> Scenes:
     starts = np.random.default_rng(0).uniform(-2, 2, (STATES, 2))
-    found: Scenes = {}
+    scenes: Scenes = {}
     for axis, name in enumerate("xyz"):
         gravity = (GRAVITY * (axis == 0), GRAVITY * (axis == 1), GRAVITY * (axis == 2))
         for kind, (form, rates) in {"hinge": oblique_hinge(gravity), "slider": oblique_slider(gravity)}.items():
-            found[f"{kind}_gravity_{name}"] = (
+            scenes[f"{kind}_gravity_{name}"] = (
                 form, partial(rate_error, engine, _problem(form, 2), rates, starts, [[0], [1]], [kind == "hinge", False]),
             )  # fmt: skip
-    return found
+    return scenes
 
 
-def _along(found: Floats, like: Floats) -> Floats:
+def _along(computed: Floats, like: Floats) -> Floats:
     """A state of a free body with the sign of the quaternion that is nearer to another state's: both are one attitude."""
     sign = np.ones(13)
-    sign[ATTITUDE] = math.copysign(1.0, float(found[ATTITUDE] @ like[ATTITUDE]))
-    return sign * found
+    sign[ATTITUDE] = math.copysign(1.0, float(computed[ATTITUDE] @ like[ATTITUDE]))
+    return sign * computed
 
 
-def _distance(found: Floats, exact: Floats, part: list[int]) -> float:
-    return float(np.linalg.norm((_along(found, exact) - exact)[part]))
+def _distance(computed: Floats, exact: Floats, part: list[int]) -> float:
+    return float(np.linalg.norm((_along(computed, exact) - exact)[part]))
 
 
 def _first_step(engine: Engine) -> Scenes:
     h = 2.0**-8
 
     def compared(form: SceneForm, rates: Rates, start: Floats, part: list[int]) -> tuple[float, float, str]:
-        one, two = engine.solve(form, [start], [h, 2 * h], h)[0]
+        once, twice = engine.solve(form, [start], [h, 2 * h], h)[0]
         if part == POINT:
-            one = np.where(np.isin(range(13), POINT), one, start)
-        errors = [_distance(end, flow(rates, begin, h, 16), part) for begin, end in ((start, one), (one, two))]
+            once = np.where(np.isin(range(13), POINT), once, start)
+        errors = [_distance(end, flow(rates, begin, h, 16), part) for begin, end in ((start, once), (once, twice))]
         size = float(np.linalg.norm(start[part]))
         return errors[0] / size, 2 * errors[1] / size + 2 * engine.rounding, "error of the first step, relative"
 
-    return {name: (found[0], partial(compared, *found)) for name, found in SMOOTH.items()}
+    return {name: (scene[0], partial(compared, *scene)) for name, scene in SMOOTH.items()}
 
 
 @cache
@@ -183,7 +182,7 @@ def _check_declared_order(engine: Engine) -> Scenes:
         bound = max(coarse * 2.0 ** (0.5 - order), 20 * (256 * engine.rounding + own))
         return fine, bound, f"error after 256 steps, relative ({coarse:.2g} after 128 steps)"
 
-    return {name: (found[0], partial(falls, name)) for name, found in SMOOTH.items()}
+    return {name: (scene[0], partial(falls, name)) for name, scene in SMOOTH.items()}
 
 
 SPEEDS = tuple(2.0**k for k in range(-6, 6))
@@ -199,8 +198,7 @@ def _restitution(engine: Engine) -> Scenes:
         """The speed after an impact over the speed before it."""
         start = state((0.0, 0.0, 1.5 * RADIUS), velocity=(0.0, 0.0, -speed))
         step = RADIUS / speed / 256
-        end = _free(form, engine, start, 384, step)
-        return float(end[VELOCITY][2]) / speed
+        return float(_free(form, engine, start, 384, step)[VELOCITY][2]) / speed
 
     def bounced(form: SceneForm, e: float) -> tuple[float, float, str]:
         left = {speed: leave(form, speed) for speed in SPEEDS}
@@ -231,14 +229,14 @@ def name_thresholds(left: Mapping[float, float], e: float) -> str:
     >>> name_thresholds({0.1: 0.5, 0.2: 0.5, 0.4: 0.25}, 0.5)
     'e = 0.5 is kept up to 0.2 m/s; above it the ball has 0.25 of its speed after the impact'
     """
-    runs = [(kept, list(speeds)) for kept, speeds in groupby(sorted(left), key=lambda speed: _keeps(left[speed], e))]
+    runs = [(keeps, list(speeds)) for keeps, speeds in groupby(sorted(left), key=lambda speed: _keeps(left[speed], e))]
     if len(runs) == 1:
         tried = f"kept from {min(left):.2g} to {max(left):.2g} m/s"
         return f"e = {e:g} is {tried if runs[0][0] else f'not {tried}: the ball {_behaviour(list(left.values()))}'}"
     ranges, rest = [], ""
-    for place, (kept, speeds) in enumerate(runs):
+    for place, (keeps, speeds) in enumerate(runs):
         first, last = place == 0, place == len(runs) - 1
-        if kept:
+        if keeps:
             low, high = f"{speeds[0]:.2g}", f"{speeds[-1]:.2g}"
             ranges.append(
                 f"up to {high} m/s" if first else f"from {low} m/s on" if last else f"from {low} to {high} m/s"
@@ -296,13 +294,13 @@ def _same_bits(engine: Engine) -> Scenes:
         solver = solver_of(engine.integrator, problem, step)
         try:
             first = solve(solver, start)
-            found = {"in a second solve": solve(solver, start)}
+            solutions = {"in a second solve": solve(solver, start)}
             solve(solver, other)
-            found["after another solve"] = solve(solver, start)
-            found["in a new world"] = engine.run(problem, [start], step)
+            solutions["after another solve"] = solve(solver, start)
+            solutions["in a new world"] = engine.run(problem, [start], step)
         finally:
             solver.close()
-        for when, states in found.items():
+        for when, states in solutions.items():
             if not np.array_equal(first, states, equal_nan=True):
                 return float(np.max(np.abs(states - first))), 0.0, f"largest difference {when}"
         return 0.0, 0.0, "largest difference"
@@ -321,9 +319,9 @@ def _same_bits(engine: Engine) -> Scenes:
 
 def _other(start: Floats) -> Floats:
     """A start with twice the rates."""
-    found = start.copy()
-    found[len(start) // 2 + len(start) % 2 :] *= 2
-    return found
+    other = start.copy()
+    other[len(start) // 2 + len(start) % 2 :] *= 2
+    return other
 
 
 FIRST_STEP = 2.0**-8
@@ -339,9 +337,9 @@ def _start(engine: Engine) -> Scenes:
 
     def read(form: SceneForm, start: Floats, part: list[int]) -> tuple[float, float, str]:
         reader: Any = engine.integrator  # an engine that has readings
-        found: Floats = np.array(reader.read_start(form, start), dtype=np.float64)
-        error = _apart(found[None], start[None], part)
-        text = explain_reading(found[None], start[None]) if len(part) == 13 else ""
+        readings: Floats = np.array(reader.read_start(form, start), dtype=np.float64)
+        error = _apart(readings[None], start[None], part)
+        text = explain_reading(readings[None], start[None]) if len(part) == 13 else ""
         return error, 2.0 ** -(engine.bits // 2), text or UNEXPLAINED[0]
 
     def first(form: SceneForm) -> tuple[float, float, str]:
@@ -351,9 +349,9 @@ def _start(engine: Engine) -> Scenes:
             states: Floats = engine.solve(form, [start], [FIRST_STEP, 2 * FIRST_STEP], FIRST_STEP)[0]
             return states
 
-        found = solve(turned)
-        error = _apart_in_a_step(found[0], exact[0], turned)
-        text = "" if error <= SOON else _explain_step(solve, found, exact, turned)
+        readings = solve(turned)
+        error = _apart_in_a_step(readings[0], exact[0], turned)
+        text = "" if error <= SOON else _explain_step(solve, readings, exact, turned)
         return error, SOON, text or UNEXPLAINED[1]
 
     hinge, slider = oblique_hinge((0.0, 0.0, 0.0))[0], oblique_slider((0.0, 0.0, 0.0))[0]
@@ -363,37 +361,37 @@ def _start(engine: Engine) -> Scenes:
         "hinge": (hinge, np.array([0.5, 1.0]), [0, 1]),
         "slider": (slider, np.array([0.5, 1.0]), [0, 1]),
     }
-    found: Scenes = {}
+    scenes: Scenes = {}
     if hasattr(engine.integrator, "read_start"):
-        found |= {name: (form, partial(read, form, start, part)) for name, (form, start, part) in at.items()}
-    return found | {"first_step_of_a_turned_body": (TUMBLING, partial(first, TUMBLING))}
+        scenes |= {name: (form, partial(read, form, start, part)) for name, (form, start, part) in at.items()}
+    return scenes | {"first_step_of_a_turned_body": (TUMBLING, partial(first, TUMBLING))}
 
 
-def _apart(found: Floats, exact: Floats, part: list[int]) -> float:
+def _apart(readings: Floats, exact: Floats, part: list[int]) -> float:
     """The largest relative difference of a quantity of a free body, or of the state of a joint."""
     if len(exact[0]) == 13:
         return free_body_error(
-            found, exact, [group for group in (POSITION, ATTITUDE, VELOCITY, SPIN) if group.start in part]
+            readings, exact, [group for group in (POSITION, ATTITUDE, VELOCITY, SPIN) if group.start in part]
         )
-    return float(np.max(np.abs(found - exact) / np.abs(exact)))
+    return float(np.max(np.abs(readings - exact) / np.abs(exact)))
 
 
-def _apart_in_a_step(found: Floats, exact: Floats, start: Floats) -> float:
+def _apart_in_a_step(readings: Floats, exact: Floats, start: Floats) -> float:
     """The error of a step: of position and attitude over their change, of the velocities over their size."""
-    found = _along(found, exact)
+    readings = _along(readings, exact)
     shares = [
-        float(np.linalg.norm((found - exact)[part]) / np.linalg.norm((exact - start)[part]))
+        float(np.linalg.norm((readings - exact)[part]) / np.linalg.norm((exact - start)[part]))
         for part in (POSITION, ATTITUDE)
     ]
-    error = float(max(*shares, _relative(found[VELOCITY], exact[VELOCITY]), _relative(found[SPIN], exact[SPIN])))
+    error = float(max(*shares, _relative(readings[VELOCITY], exact[VELOCITY]), _relative(readings[SPIN], exact[SPIN])))
     return math.inf if math.isnan(error) else error
 
 
-def _explain_step(solve: Callable[[Floats], Floats], found: Floats, exact: Floats, start: Floats) -> str:
+def _explain_step(solve: Callable[[Floats], Floats], readings: Floats, exact: Floats, start: Floats) -> str:
     """A convention that explains the first steps: of the readings, of start and readings, or of their time."""
-    if _apart_in_a_step(found[1], exact[0], start) <= SOON:
+    if _apart_in_a_step(readings[1], exact[0], start) <= SOON:
         return "readings are one step late: read the state after the step"
-    reading = explain_reading(found, exact)
+    reading = explain_reading(readings, exact)
     if reading:
         return reading
     for convention in conventions():

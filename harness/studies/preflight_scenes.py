@@ -157,8 +157,8 @@ def oblique_slider(gravity: Vector) -> tuple[SceneForm, Rates]:
 def flow(rates: Rates, start: Floats, t: float, steps: int) -> Floats:
     """The state at time t, by the classical Runge-Kutta method of order 4 with this number of steps."""
     y, h = start, t / steps
-    for done in range(steps):
-        now = done * h
+    for step in range(steps):
+        now = step * h
         a = rates(now, y)
         b = rates(now + h / 2, y + h / 2 * a)
         c = rates(now + h / 2, y + h / 2 * b)

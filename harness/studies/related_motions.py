@@ -43,7 +43,7 @@ def relate(trials: Trials, problem: Problem, setting: float, relation: Relation)
     """The problem, setting and start of the case, transformed by a relation."""
     case = trials.case
     coordinates = [coordinate.name for coordinate in case.state]
-    found = replace(
+    transformed = replace(
         problem,
         parameters=relation.applied([parameter.name for parameter in case.parameter_list], problem.parameters),
         times=problem.times * relation.time,
@@ -51,7 +51,7 @@ def relate(trials: Trials, problem: Problem, setting: float, relation: Relation)
     )
     setting = setting * relation.time if trials.steps else setting
     start = relation.applied(coordinates, trials.start)
-    return Related(found, start, setting, lambda states: relation.undone(coordinates, states))
+    return Related(transformed, start, setting, lambda states: relation.undone(coordinates, states))
 
 
 def holds(trials: Trials, relation: Relation) -> bool:

@@ -26,7 +26,7 @@ def read_scored_states(path: Path, wanted: Callable[[Case], bool]) -> list[tuple
     @cache
     def worthwhile(name: str) -> bool:
         kind = case_class(name)
-        return any(wanted(kind(variant)) for variant in (None, *(one.name for one in kind.variants)))
+        return any(wanted(kind(variant)) for variant in (None, *(variant.name for variant in kind.variants)))
 
     chosen: list[tuple[Scorer, Row]] = []
     for row in reading.rows(path):
@@ -38,8 +38,8 @@ def read_scored_states(path: Path, wanted: Callable[[Case], bool]) -> list[tuple
             if scorer is not None:
                 chosen.append((scorer, row))
     states = reading.states(path, [row["measurement"] for _, row in chosen])
-    found = [(scorer, row, states.get(row["measurement"])) for scorer, row in chosen]
-    return [(scorer, row, of) for scorer, row, of in found if of is not None]
+    scored = [(scorer, row, states.get(row["measurement"])) for scorer, row in chosen]
+    return [(scorer, row, of) for scorer, row, of in scored if of is not None]
 
 
 def _scorer(row: Row, wanted: Callable[[Case], bool]) -> Scorer | None:
