@@ -27,9 +27,9 @@ def matrices(values: Floats, convention: str) -> Floats:
     that are not near an attitude.
     """
     if convention == "matrix":
-        found = values.reshape(-1, 3, 3)
-        _ensure_near_one(np.linalg.norm(found, axis=(1, 2)) / np.sqrt(3), "the size of a matrix")
-        return found
+        rotations = values.reshape(-1, 3, 3)
+        _ensure_near_one(np.linalg.norm(rotations, axis=(1, 2)) / np.sqrt(3), "the size of a matrix")
+        return rotations
     if convention in QUATERNIONS:
         q = values[:, list(QUATERNIONS[convention])]
         _ensure_near_one(np.linalg.norm(q, axis=1), "the norm of a quaternion")
@@ -37,9 +37,9 @@ def matrices(values: Floats, convention: str) -> Floats:
     from scipy.spatial.transform import Rotation  # takes a tenth of a second to load
 
     finite = np.where(np.isfinite(values), values, 0.0)
-    found = np.array(Rotation.from_euler(convention, finite).as_matrix())
-    found[~np.all(np.isfinite(values), axis=1)] = np.nan
-    return found
+    rotations = np.array(Rotation.from_euler(convention, finite).as_matrix())
+    rotations[~np.all(np.isfinite(values), axis=1)] = np.nan
+    return rotations
 
 
 def _ensure_near_one(sizes: Floats, what: str) -> None:
@@ -79,8 +79,8 @@ def rates_are_of_body(case: Case, rates: Sequence[int], attitude: Sequence[int])
     state[list(attitude)], state[list(rates)] = turned.reshape(-1), w
     parameters = (*(float(x) for x in case.parameter_values()), *constants)
     slope = np.array([float(x) for x in equations(0.0, tuple(state.tolist()), parameters)])
-    found = slope[list(attitude)].reshape(3, 3)
+    derivative = slope[list(attitude)].reshape(3, 3)
     hat = np.array([[0, -w[2], w[1]], [w[2], 0, -w[0]], [-w[1], w[0], 0]])
-    if np.allclose(found, turned @ hat):
+    if np.allclose(derivative, turned @ hat):
         return True
-    return False if np.allclose(found, hat @ turned) else None
+    return False if np.allclose(derivative, hat @ turned) else None

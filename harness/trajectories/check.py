@@ -86,14 +86,14 @@ class TrajectoryCheck:
 
         Empty for a trajectory that passed, and for a part of the coordinates.
         """
-        found = self.comparison
-        if found is None or not found.is_whole or (self.bound is not None and self.within(self.bound)):
+        comparison = self.comparison
+        if comparison is None or not comparison.is_whole or (self.bound is not None and self.within(self.bound)):
             return ()
-        places = pick_evenly(len(found.times), MOST_DIAGNOSED)
-        step = float(np.median(np.diff(found.trajectory.times)))
-        moves = {"one row": step} if len(places) < len(found.times) else {}
+        places = pick_evenly(len(comparison.times), MOST_DIAGNOSED)
+        step = float(np.median(np.diff(comparison.trajectory.times)))
+        moves = {"one row": step} if len(places) < len(comparison.times) else {}
         with np.errstate(all="ignore"):
-            return tuple(map(str, causes(found.case, found.times[places], found.states[places], moves)))
+            return tuple(map(str, causes(comparison.case, comparison.times[places], comparison.states[places], moves)))
 
     @property
     def error(self) -> float:
@@ -156,8 +156,7 @@ class TrajectoryCheck:
 
         if self.comparison is None:
             raise ValueError(f"nothing to draw: {self.reason}")
-        bound = None if isinstance(self.bound, Mapping) else self.bound
-        return chart(self.comparison, self.verdict.text, bound)
+        return chart(self.comparison, self.verdict.text, None if isinstance(self.bound, Mapping) else self.bound)
 
     def __str__(self) -> str:
         return "\n".join(check_report.lines(self))
@@ -199,18 +198,18 @@ def _beyond(comparison: Comparison, bound: Bound) -> list[str]:
             return []
         where = comparison.trajectory.row(int(comparison.rows[place]))
         return [f"error {comparison.error:.3g} at t = {comparison.times[place]:.9g} s ({where}), allowed {bound:g}"]
-    found = []
+    sentences = []
     units = {coordinate.name: coordinate.unit for coordinate in comparison.case.state}
     for name, value in bound.items():
         if name not in comparison.largest:
-            found.append(f"{name} has no column")
+            sentences.append(f"{name} has no column")
             continue
         error, place = comparison.largest[name]
         if not abs(error) <= value:
-            found.append(
+            sentences.append(
                 f"{name} is wrong by {error:.3g} {units[name]} at t = {comparison.times[place]:.9g} s, allowed {value:g}"
             )
-    return found
+    return sentences
 
 
 def check(
@@ -292,17 +291,17 @@ def check_trajectory(
     if first is not None and last is not None and not first < last:
         raise ValueError(f"--from {first:g} --to {last:g}: give a later time with --to")
     try:
-        found = compare(case, trajectory, first, last, "unsorted" in accepted, "sparse" in accepted)
+        comparison = compare(case, trajectory, first, last, "unsorted" in accepted, "sparse" in accepted)
     except NotCheckedError as reason:
         return TrajectoryCheck(case, trajectory, None, str(reason), bound)
-    return TrajectoryCheck(found.case, found.trajectory, found, "", bound)
+    return TrajectoryCheck(comparison.case, comparison.trajectory, comparison, "", bound)
 
 
-def _find_one_case(given: Any) -> Case:
+def _find_one_case(name: Any) -> Case:
     """The case with this name. Raises ValueError for a pattern of several cases."""
-    cases = selection.find_cases([given])
+    cases = selection.find_cases([name])
     if len(cases) != 1:
-        raise ValueError(f"case={shorten(repr(given))}: {len(cases)} cases have this name; give one")
+        raise ValueError(f"case={shorten(repr(name))}: {len(cases)} cases have this name; give one")
     return cases[0]
 
 

@@ -90,17 +90,17 @@ def fit_files(results: Sequence[Result], steps: Sequence[float]) -> Order | None
 
 def order_lines(results: Sequence[Result], steps: Sequence[float]) -> list[str]:
     """The order of convergence as text."""
-    found = fit_files(results, steps)
-    if found is None:
+    fit = fit_files(results, steps)
+    if fit is None:
         return ["order: not told; it takes two files with small errors that their digits do not limit"]
-    lines = [f"order from step {h:g} to {k:g}: {order:.3g}" for h, k, order in found.pairs]
-    if len(found.pairs) > 1:
-        margin = f" +- {found.margin:.2g}" if math.isfinite(found.margin) else ""
-        lines.append(f"order of all: {found.order:.3g}{margin}")
+    lines = [f"order from step {h:g} to {k:g}: {order:.3g}" for h, k, order in fit.pairs]
+    if len(fit.pairs) > 1:
+        margin = f" +- {fit.margin:.2g}" if math.isfinite(fit.margin) else ""
+        lines.append(f"order of all: {fit.order:.3g}{margin}")
     else:
         lines.append("two files give no interval for the order; a third one does")
-    if found.left_out:
-        steps_left = ", ".join(f"{step:g}" for step in found.left_out)
+    if fit.left_out:
+        steps_left = ", ".join(f"{step:g}" for step in fit.left_out)
         lines.append(f"left out of the order, as errors are large or limited by digits: {steps_left}")
     return lines
 
@@ -109,53 +109,53 @@ def lines(result: Result) -> list[str]:
     """The report as text."""
     trajectory, numbers = result.trajectory, result.case.numbers
     stated = ", ".join(f"{name}={float(value):g}" for name, value in numbers.items())
-    found = [f"{trajectory.source} against the exact motion of {result.case.id} ({stated})"]
-    found += [f"  {line}" for line in (*trajectory.mapping, *trajectory.notes)]
+    report = [f"{trajectory.source} against the exact motion of {result.case.id} ({stated})"]
+    report += [f"  {line}" for line in (*trajectory.mapping, *trajectory.notes)]
     if result.comparison is not None:
-        found += _describe_compared(result.comparison)
-    found += [f"likely cause: {line}" for line in result.causes]
-    return [visible(line) for line in [*found, result.verdict.text]]
+        report += _describe_compared(result.comparison)
+    report += [f"likely cause: {line}" for line in result.causes]
+    return [visible(line) for line in [*report, result.verdict.text]]
 
 
-def _describe_compared(found: Comparison) -> list[str]:
-    times, units = found.times, {c.name: f" {c.unit}" * (c.unit != "1") for c in found.case.state}
-    lines = [f"{len(times)} rows from t = {times[0]:.9g} s to {times[-1]:.9g} s", *_start(found)]
+def _describe_compared(comparison: Comparison) -> list[str]:
+    times, units = comparison.times, {c.name: f" {c.unit}" * (c.unit != "1") for c in comparison.case.state}
+    lines = [f"{len(times)} rows from t = {times[0]:.9g} s to {times[-1]:.9g} s", *_start(comparison)]
     lines.append("largest error by time, of the size of the motion:")
-    lines += [f"  up to t = {end:<10.6g} s {error:.2e}" for end, error in found.by_time()]
-    worst = found.case.state[found.worst_coordinate].name
-    row = found.trajectory.row(int(found.rows[found.worst]))
-    lines.append(f"largest error: {found.error:.3g} at t = {times[found.worst]:.9g} s ({row}), most of it in {worst}")
-    for name, (error, place) in found.largest.items():
+    lines += [f"  up to t = {end:<10.6g} s {error:.2e}" for end, error in comparison.by_time()]
+    worst, place = comparison.case.state[comparison.worst_coordinate].name, comparison.worst
+    row = comparison.trajectory.row(int(comparison.rows[place]))
+    lines.append(f"largest error: {comparison.error:.3g} at t = {times[place]:.9g} s ({row}), most of it in {worst}")
+    for name, (error, place) in comparison.largest.items():
         lines.append(f"  {name}: {error:+.3g}{units[name]} at t = {times[place]:.9g} s")
-    if found.phase_and_shape is not None:
-        phase, shape = found.phase_and_shape
+    if comparison.phase_and_shape is not None:
+        phase, shape = comparison.phase_and_shape
         late = ""
-        if found.latest is not None:
-            t, seconds = found.latest
+        if comparison.latest is not None:
+            t, seconds = comparison.latest
             late = f"; {abs(seconds):.3g} s {'late' if seconds > 0 else 'early'} at t = {t:.9g} s"
         lines.append(f"phase (along the motion) {phase:.3g}, shape (across it) {shape:.3g}{late}")
-    if found.period is not None:
-        each = found.period
+    if comparison.period is not None:
+        each = comparison.period
         lines.append(
             f"{each.name}: {each.found:.12g} s +- {each.margin:.1g} s, exact {each.exact:.12g} s, difference"
             f" {each.found - each.exact:+.2g} s"
         )
-    for name, (drift, t, end) in found.drifts.items():
+    for name, (drift, t, end) in comparison.drifts.items():
         lines.append(f"drift of {name}: {drift:.2g} of its size at t = {t:.9g} s, {end:.2g} at the end")
-    return [*lines, *_events(found), *(f"the result is limited by {limit}" for limit in found.limits)]
+    return [*lines, *_events(comparison), *(f"the result is limited by {limit}" for limit in comparison.limits)]
 
 
-def _start(found: Comparison) -> list[str]:
+def _start(comparison: Comparison) -> list[str]:
     """A line if the first row is the start and is not the start of the case."""
-    if found.times[0] > 0 or not found.errors[0] > 1e-6:
+    if comparison.times[0] > 0 or not comparison.errors[0] > 1e-6:
         return []
-    pairs = zip(found.case.state, found.states[0].tolist(), found.exact[0].tolist(), strict=True)
+    pairs = zip(comparison.case.state, comparison.states[0].tolist(), comparison.exact[0].tolist(), strict=True)
     far = [f"{c.name} = {got:.9g}, the case at {exact:.9g}" for c, got, exact in pairs if abs(got - exact) > 1e-9]
     return [f"the file starts at {'; '.join(far[:4])} (--set gives a case other numbers)"] if far else []
 
 
-def _events(found: Comparison) -> list[str]:
-    events = found.events
+def _events(comparison: Comparison) -> list[str]:
+    events = comparison.events
     if events is None:
         return []
     lines = []
@@ -163,12 +163,12 @@ def _events(found: Comparison) -> list[str]:
         if each:
             named = ", ".join(f"{name} at t = {t:.9g} s" for t, name in each[:MOST_EVENTS])
             lines.append(f"events {word}: {len(each)} ({named}{' ...' if len(each) > MOST_EVENTS else ''})")
-    told = f"{len(events.late)} events found in the rows as in the exact motion"
+    text = f"{len(events.late)} events found in the rows as in the exact motion"
     if events.latest is not None:
         t, seconds, name = events.latest
-        told += f", most {'late' if seconds > 0 else 'early'}: {name} at t = {t:.9g} s by {abs(seconds):.3g} s"
-    lines.append(told)
-    if events.until < found.times[-1]:
+        text += f", most {'late' if seconds > 0 else 'early'}: {name} at t = {t:.9g} s by {abs(seconds):.3g} s"
+    lines.append(text)
+    if events.until < comparison.times[-1]:
         lines.append(f"events after t = {events.until:.9g} s are not told: they follow faster than the rows")
     return lines
 
@@ -182,7 +182,7 @@ def verdict_word(result: Result) -> str:
 
 def as_dictionary(result: Result) -> dict[str, Any]:
     """The report for JSON; numbers that are not finite are null."""
-    found = result.comparison
+    comparison = result.comparison
     whole: dict[str, Any] = {
         "source": result.trajectory.source,
         "case": result.case.id,
@@ -194,30 +194,29 @@ def as_dictionary(result: Result) -> dict[str, Any]:
         "told": result.verdict.text,
         "causes": list(result.causes),
     }
-    if found is None:
+    if comparison is None:
         return whole | {"reason": result.reason}
-    worst = found.worst
-    events = found.events
+    worst, events, times = comparison.worst, comparison.events, comparison.times
     return whole | {
-        "rows": len(found.times),
-        "from": float(found.times[0]),
-        "to": float(found.times[-1]),
-        "error": _number(found.error),
-        "error_time": float(found.times[worst]),
-        "error_row": int(found.trajectory.lines[found.rows[worst]]),
-        "error_coordinate": found.case.state[found.worst_coordinate].name,
-        "by_time": [[end, _number(error)] for end, error in found.by_time()],
+        "rows": len(times),
+        "from": float(times[0]),
+        "to": float(times[-1]),
+        "error": _number(comparison.error),
+        "error_time": float(times[worst]),
+        "error_row": int(comparison.trajectory.lines[comparison.rows[worst]]),
+        "error_coordinate": comparison.case.state[comparison.worst_coordinate].name,
+        "by_time": [[end, _number(error)] for end, error in comparison.by_time()],
         "largest": {
-            name: {"error": _number(e), "time": float(found.times[k])} for name, (e, k) in found.largest.items()
+            name: {"error": _number(e), "time": float(times[k])} for name, (e, k) in comparison.largest.items()
         },
-        "phase": None if found.phase_and_shape is None else _number(found.phase_and_shape[0]),
-        "shape": None if found.phase_and_shape is None else _number(found.phase_and_shape[1]),
-        "late_seconds": None if found.latest is None else found.latest[1],
-        "period": None if found.period is None else found.period.__dict__,
-        "drifts": {name: {"largest": d, "time": t, "end": end} for name, (d, t, end) in found.drifts.items()},
+        "phase": None if comparison.phase_and_shape is None else _number(comparison.phase_and_shape[0]),
+        "shape": None if comparison.phase_and_shape is None else _number(comparison.phase_and_shape[1]),
+        "late_seconds": None if comparison.latest is None else comparison.latest[1],
+        "period": None if comparison.period is None else comparison.period.__dict__,
+        "drifts": {name: {"largest": d, "time": t, "end": end} for name, (d, t, end) in comparison.drifts.items()},
         "events": None if events is None else events.__dict__,
-        "limits": found.limits,
-        "doubts": found.doubts,
+        "limits": comparison.limits,
+        "doubts": comparison.doubts,
     }
 
 
@@ -247,22 +246,22 @@ def as_junit(results: Sequence[Result], steps: Sequence[float]) -> str:
         test = ElementTree.SubElement(suite, "testcase", classname=each.case.id, name=visible(each.trajectory.source))
         if each.verdict.code != PASSED:
             kind = "failure" if each.verdict.code == FAILED else "error"
-            found = ElementTree.SubElement(test, kind, message=visible(each.verdict.text))
-            found.text = "\n".join(lines(each))
+            element = ElementTree.SubElement(test, kind, message=visible(each.verdict.text))
+            element.text = "\n".join(lines(each))
     return ElementTree.tostring(suite, encoding="unicode", xml_declaration=True) + "\n"
 
 
 def as_markdown(results: Sequence[Result], steps: Sequence[float]) -> str:
     """The report for a pull request: a row for each file, then each report."""
-    found = ["### gnomon check", "", "| file | case | error | verdict |", "|---|---|---|---|"]
+    report = ["### gnomon check", "", "| file | case | error | verdict |", "|---|---|---|---|"]
     for each in results:
         cells = [each.trajectory.source, each.case.id, f"{each.error:.3g}", verdict_word(each)]
-        found.append(f"| {' | '.join(map(markdown, cells))} |")
+        report.append(f"| {' | '.join(map(markdown, cells))} |")
     for each in results:
-        found += ["", *(f"- {markdown(line.strip())}" for line in lines(each))]
+        report += ["", *(f"- {markdown(line.strip())}" for line in lines(each))]
     if steps:
-        found += ["", *(f"- {markdown(line)}" for line in order_lines(results, steps))]
-    return "\n".join(found) + "\n"
+        report += ["", *(f"- {markdown(line)}" for line in order_lines(results, steps))]
+    return "\n".join(report) + "\n"
 
 
 WRITERS: Mapping[str, Callable[[Sequence[Result], Sequence[float]], str]] = {

@@ -99,13 +99,13 @@ def read_columns(
 def coordinate_sets(case: Case) -> list[Coordinates]:
     """The sets of coordinates that a file may hold: of the case itself, then of each formulation without another clock."""
     own = Coordinates(tuple(c.name for c in case.state), {c.name: c.unit for c in case.state})
-    found = [own]
+    sets = [own]
     for each in case.formulations:
         if each.clock is None:
             units = _read_formulations().get(case.name, {}).get(each.name)
             units = units or dict.fromkeys(names_of(case, each).coordinates, "")
-            found.append(Coordinates(tuple(units), units, each))
-    return found
+            sets.append(Coordinates(tuple(units), units, each))
+    return sets
 
 
 @lru_cache(maxsize=1)
@@ -124,10 +124,10 @@ def split_columns(stated: Iterable[str] | Mapping[str, str] | None) -> list[str]
     if isinstance(stated, Mapping):
         return [f"{column}={target}" for column, target in stated.items()]
     parts = [stated] if isinstance(stated, str) else list(stated)
-    found = [part.strip() for text in parts for part in re.split(r",(?![^\[(]*[\])])", text)]
-    if not all(found):
+    entries = [part.strip() for text in parts for part in re.split(r",(?![^\[(]*[\])])", text)]
+    if not all(entries):
         raise ValueError(f"--columns {shorten(','.join(parts))!r}: an empty part between commas; {SYNTAX}")
-    return found
+    return entries
 
 
 def _entry(text: str, table: Table) -> Entry:
@@ -196,46 +196,41 @@ def _chart(case: Case, table: Table, entries: Sequence[Entry]) -> Coordinates:
 
 def _names_in(table: Table) -> dict[str, str]:
     """The columns by the name of a coordinate that each can have; a name that two columns have is not there."""
-    found: dict[str, str] = {}
+    by_name: dict[str, str] = {}
     for column in table.columns:
         name = GREEK.get(column, column)
-        if name not in found:
-            found[name] = column
+        if name not in by_name:
+            by_name[name] = column
     lower: dict[str, list[str]] = {}
     for column in table.columns:
         lower.setdefault(column.lower(), []).append(column)
-    return found | {name: columns[0] for name, columns in lower.items() if len(columns) == 1 and name not in found}
+    return by_name | {name: columns[0] for name, columns in lower.items() if len(columns) == 1 and name not in by_name}
 
 
 def _by_name(table: Table, chart: Coordinates, entries: Sequence[Entry]) -> list[Entry]:
     """An entry for the time and each coordinate that no text maps and whose name a column has that no text uses."""
     used = {column for entry in entries for column in entry.columns}
-    done = {target for entry in entries for target in entry.targets}
+    mapped = {target for entry in entries for target in entry.targets}
     known = {name: column for name, column in _names_in(table).items() if column not in used}
-    found = []
-    if "t" not in done and "t" not in chart.names:
+    added = []
+    if "t" not in mapped and "t" not in chart.names:
         times = [known[name] for name in TIME if name in known]
-        found += [Entry((column,), ("t",), (), column, False) for column in times[:1]]
-    covered = done | ({name for name in chart.names if _is_attitude(name)} if ATTITUDE in done else set())
-    for name in chart.names:
-        if name not in covered and RATES not in done and name in known:
-            found.append(Entry((known[name],), (name,), (), known[name], False))
-    return found
-
-
-def _is_attitude(name: str) -> bool:
-    return re.fullmatch(r"R[123][123]", name) is not None
+        added += [Entry((column,), ("t",), (), column, False) for column in times[:1]]
+    elements = {name for name in chart.names if re.fullmatch(r"R[123][123]", name)}
+    covered = mapped | (elements if ATTITUDE in mapped else set())
+    names = () if RATES in mapped else [name for name in chart.names if name not in covered and name in known]
+    return added + [Entry((known[name],), (name,), (), known[name], False) for name in names]
 
 
 def _attitude(case: Case) -> list[int]:
     """The places of the nine numbers of an attitude; [] for a case without one."""
-    found = [place for place, coordinate in enumerate(case.state) if coordinate.kind == "attitude"]
-    return found if len(found) == 9 else []
+    places = [place for place, coordinate in enumerate(case.state) if coordinate.kind == "attitude"]
+    return places if len(places) == 9 else []
 
 
 def _rates(case: Case) -> list[int]:
-    found = [place for place, coordinate in enumerate(case.state) if coordinate.kind == "angular velocity"]
-    return found if len(found) == 3 else []
+    places = [place for place, coordinate in enumerate(case.state) if coordinate.kind == "angular velocity"]
+    return places if len(places) == 3 else []
 
 
 class _Mapper:
@@ -302,8 +297,8 @@ class _Mapper:
         )  # fmt: skip
 
     def _half(self, name: str) -> Floats:
-        found = self.table.resolution.get(name)
-        return np.zeros(self.table.rows()) if found is None else found
+        half = self.table.resolution.get(name)
+        return np.zeros(self.table.rows()) if half is None else half
 
     def _targets(self, entry: Entry) -> tuple[str, ...]:
         if entry.targets != (RATES,):
@@ -317,14 +312,14 @@ class _Mapper:
 
     def _unit(self, entry: Entry, unit: str, what: str, words: Sequence[str]) -> tuple[float, str]:
         """The factor to a unit, and how it is known. Raises ValueError for an option that is neither unit nor word."""
-        given = [option for option in entry.options if option not in words]
-        for option in given:
+        units = [option for option in entry.options if option not in words]
+        for option in units:
             if option in WORDS:
                 raise ValueError(f"--columns {shorten(entry.text)}: {option} is not an option of {what}")
-        if len(given) > 1:
-            raise ValueError(f"--columns {shorten(entry.text)}: two units, {given[0]} and {given[1]}; give one")
-        if given:
-            return factor_to(given[0], unit or "1", f"--columns {shorten(entry.text)}"), given[0]
+        if len(units) > 1:
+            raise ValueError(f"--columns {shorten(entry.text)}: two units, {units[0]} and {units[1]}; give one")
+        if units:
+            return factor_to(units[0], unit or "1", f"--columns {shorten(entry.text)}"), units[0]
         stated = self.table.units.get(entry.columns[0])
         if stated:
             return factor_to(stated, unit or "1", f"the header's unit of {entry.columns[0]}"), f"{stated}, by the file"
@@ -334,8 +329,8 @@ class _Mapper:
         words = [
             option for option in entry.options if option in WORDS or option in QUATERNIONS or EULER.fullmatch(option)
         ]
-        told = ", ".join([part for part in (unit, *words) if part and part != "1"])
-        self.mapping.append(f"{' + '.join(entry.columns)} is {what}" + (f" ({told})" if told else ""))
+        details = ", ".join([part for part in (unit, *words) if part and part != "1"])
+        self.mapping.append(f"{' + '.join(entry.columns)} is {what}" + (f" ({details})" if details else ""))
 
     def _take_time(self, entry: Entry, values: Floats, halves: Floats) -> None:
         if values.shape[1] != 1:
@@ -377,18 +372,17 @@ class _Mapper:
 
     def _in_own_axes(self, entry: Entry, values: Floats) -> Floats:
         """Rates along the axes of the case, from rates along the body's or space's axes."""
-        given = {"body", "space"} & set(entry.options)
-        if len(given) != 1:
+        axes = {"body", "space"} & set(entry.options)
+        if len(axes) != 1:
             raise ValueError(f"--columns {shorten(entry.text)}: rates along which axes? add :body or :space")
         own = rates_are_of_body(self.case, _rates(self.case), _attitude(self.case)) if _attitude(self.case) else None
         if own is None:
             raise ValueError(f"--columns {shorten(entry.text)}: {self.case.name} has no attitude; name its coordinates")
-        if own == ("body" in given):
+        if own == ("body" in axes):
             return values
         if self.attitude is None:
             raise ValueError(f"--columns {shorten(entry.text)}: to turn the rates, map the attitude too")
-        turn = "nji,nj->ni" if own else "nij,nj->ni"
-        return np.asarray(np.einsum(turn, self.attitude, values))
+        return np.asarray(np.einsum("nji,nj->ni" if own else "nij,nj->ni", self.attitude, values))
 
     def _take_attitude(self, entry: Entry, values: Floats, halves: Floats) -> None:
         places = _attitude(self.case)
@@ -411,14 +405,14 @@ class _Mapper:
         is_euler = width == 3
         words = (kind, "y-up", "y-up-space", "conjugate", "transposed")
         factor, unit = self._unit(entry, "rad" if is_euler else "1", "an attitude", words)
-        found = matrices(values * factor if is_euler else values, kind)
+        rotations = matrices(values * factor if is_euler else values, kind)
         if {"conjugate", "transposed"} & set(entry.options):
-            found = np.swapaxes(found, 1, 2)
+            rotations = np.swapaxes(rotations, 1, 2)
         if {"y-up", "y-up-space"} & set(entry.options):
-            found = Y_UP @ found
-            found = found @ Y_UP.T if "y-up" in entry.options else found
-        self.attitude = found
-        self.values[:, places] = found.reshape(-1, 9)
+            rotations = Y_UP @ rotations
+            rotations = rotations @ Y_UP.T if "y-up" in entry.options else rotations
+        self.attitude = rotations
+        self.values[:, places] = rotations.reshape(-1, 9)
         self.halves[:, places] = np.max(halves * (abs(factor) if is_euler else 2.0), axis=1, keepdims=True)
         self.present[places] = True
         self._say(entry, "the attitude", unit if is_euler else "")
@@ -448,18 +442,18 @@ def states_of(case: Case, times: Any, states: Any) -> Trajectory:
     """
     names = [coordinate.name for coordinate in case.state]
     try:
-        moments, found = np.array(times, dtype=np.float64), np.array(states, dtype=np.float64)
+        moments, values = np.array(times, dtype=np.float64), np.array(states, dtype=np.float64)
     except (TypeError, ValueError):
         raise ValueError("times and states: give arrays of numbers") from None
-    if moments.ndim != 1 or found.shape != (len(moments), len(names)):
+    if moments.ndim != 1 or values.shape != (len(moments), len(names)):
         raise ValueError(
-            f"times has the shape {moments.shape}, states {found.shape}; give (n,) and (n, {len(names)}), with the columns"
+            f"times has the shape {moments.shape}, states {values.shape}; give (n,) and (n, {len(names)}), with the columns"
             f" {', '.join(names)}"
         )
-    halves = np.zeros_like(found)
+    halves = np.zeros_like(values)
     if isinstance(states, np.ndarray) and states.dtype.kind == "f" and states.dtype.itemsize < 8:
-        halves = np.where(np.isfinite(found), np.abs(np.spacing(states)).astype(np.float64) / 2, 0.0)
+        halves = np.where(np.isfinite(values), np.abs(np.spacing(states)).astype(np.float64) / 2, 0.0)
     return Trajectory(
-        "the given states", moments, found, np.ones(len(names), dtype=np.bool_), halves, 0.0,
+        "the given states", moments, values, np.ones(len(names), dtype=np.bool_), halves, 0.0,
         np.arange(1, len(moments) + 1), "row",
     )  # fmt: skip

@@ -80,9 +80,9 @@ class Comparison:
         """The metric of the coordinates that the file has."""
         present, groups = self.trajectory.present, []
         for group in self.scorer.metric.groups:
-            kept = tuple(index for index in group.indices if present[index])
-            if kept:
-                groups.append(replace(group, indices=kept))
+            indices = tuple(index for index in group.indices if present[index])
+            if indices:
+                groups.append(replace(group, indices=indices))
         jumps = self.scorer.metric.jumps if self.is_whole else ()
         if not any(group.scored for group in groups):
             groups = [replace(group, scored=True) for group in groups]
@@ -101,10 +101,10 @@ class Comparison:
     @cached_property
     def differences(self) -> Floats:
         """State less exact state (n, dim), of angles modulo 2 pi; nan without a column."""
-        found = np.full_like(self.states, np.nan)
+        differences = np.full_like(self.states, np.nan)
         for group in self.metric.groups:
-            found[:, list(group.indices)] = group.difference(self.states, self.exact)
-        return found
+            differences[:, list(group.indices)] = group.difference(self.states, self.exact)
+        return differences
 
     @property
     def worst(self) -> int:
@@ -117,12 +117,12 @@ class Comparison:
     @cached_property
     def largest(self) -> dict[str, tuple[float, int]]:
         """By coordinate, the largest difference in its unit, and its place."""
-        found = {}
+        largest = {}
         for index, coordinate in enumerate(self.case.state):
             if self.trajectory.present[index]:
                 place = int(np.argmax(np.abs(self.differences[:, index])))
-                found[coordinate.name] = float(self.differences[place, index]), place
-        return found
+                largest[coordinate.name] = float(self.differences[place, index]), place
+        return largest
 
     @cached_property
     def worst_coordinate(self) -> int:
@@ -184,8 +184,8 @@ class Comparison:
         exact = float(self.case.quantities(17)[names[0]])
         if not 0 < exact < math.inf or self.times[-1] - self.times[0] < 2 * exact:
             return None
-        found = self._by_lateness(exact) if self.error <= LINEAR else self._by_crossings(exact)
-        return None if found is None else Period(*found, exact, names[0])
+        fit = self._by_lateness(exact) if self.error <= LINEAR else self._by_crossings(exact)
+        return None if fit is None else Period(*fit, exact, names[0])
 
     def _by_lateness(self, exact: float) -> tuple[float, float]:
         """The slope of the lateness over time, and its margin from the slopes of four parts of the time."""
@@ -202,11 +202,11 @@ class Comparison:
         """The mean time between crossings, corrected by this estimate for the exact motion with the same samples."""
         for index in range(len(self.case.state)):
             level = float(np.mean(self.exact[:, index]))
-            found, right = (_crossings(self.times, each[:, index] - level) for each in (self.states, self.exact))
-            if min(len(found), len(right)) >= 3:
-                mean, scatter = float(np.mean(np.diff(found))), float(np.std(np.diff(found)))
+            crossings, right = (_crossings(self.times, each[:, index] - level) for each in (self.states, self.exact))
+            if min(len(crossings), len(right)) >= 3:
+                mean, scatter = float(np.mean(np.diff(crossings))), float(np.std(np.diff(crossings)))
                 ratio = mean / float(np.mean(np.diff(right)))
-                return exact * ratio, exact * 2 * scatter / mean / math.sqrt(len(found) - 1)
+                return exact * ratio, exact * 2 * scatter / mean / math.sqrt(len(crossings) - 1)
         return None
 
     @cached_property
@@ -214,12 +214,12 @@ class Comparison:
         """By invariant: the largest drift over its size, its time, and the drift at the end."""
         if not self.is_whole or not np.all(np.isfinite(self.states)):
             return {}
-        found = {}
+        drifts = {}
         for name, drift in self.scorer.drift(self.states).items():
             if np.all(np.isfinite(drift)):
                 place = int(np.argmax(drift))
-                found[name] = float(drift[place]), float(self.times[place]), float(drift[-1])
-        return found
+                drifts[name] = float(drift[place]), float(self.times[place]), float(drift[-1])
+        return drifts
 
     @cached_property
     def events(self) -> EventErrors | None:
@@ -258,36 +258,36 @@ class Comparison:
     @property
     def limits(self) -> list[str]:
         """What limits the result besides the motion, a sentence each."""
-        found = []
+        limits = []
         if self.digits_effect and self.error <= HALVES * self.digits_effect:
-            found.append(
+            limits.append(
                 f"the digits of the file: half a unit of the last one is {self.digits_effect:.2g} of the size; write more digits"
             )
         if self.times_effect and self.error <= HALVES * self.times_effect:
-            found.append(
+            limits.append(
                 f"the digits of the times: half a unit of the last one changes the state by {self.times_effect:.2g} of the"
                 " size; write more digits"
             )
         horizon = self.case.horizon
         if horizon is not None and horizon < self.times[-1]:
-            found.append(
+            limits.append(
                 f"chaos: from t = {horizon:.6g} s on no digit of binary64 can be right; compare with --to {horizon:.6g}"
             )
         elif self.conditioning > self.error / 10:
-            found.append(
+            limits.append(
                 f"binary64: half an ulp in the numbers of the case has the effect {self.conditioning:.2g} at the worst row"
             )
-        return found
+        return limits
 
     def by_time(self, parts: int = 8) -> list[tuple[float, float]]:
         """The largest error in each of several equal parts of the time, with the end of the part."""
         edges = np.linspace(self.times[0], self.times[-1], parts + 1)
-        found = []
+        largest = []
         for low, high in itertools.pairwise(edges.tolist()):
             inside = (self.times >= low) & (self.times <= high)
             if np.any(inside):
-                found.append((float(high), float(np.max(self.errors[inside]))))
-        return found
+                largest.append((float(high), float(np.max(self.errors[inside]))))
+        return largest
 
 
 def compare(
@@ -324,20 +324,20 @@ def compare(
     exact = case.sample(times)
     scorer = Scorer(case, None, _reference(case, times, exact))
     trajectory.notes += notes
-    found = Comparison(case, trajectory, rows, exact, scorer)
+    comparison = Comparison(case, trajectory, rows, exact, scorer)
     if last is None and times[-1] < LEAST_TIME * case.time_scale:
-        found.doubts.append(
+        comparison.doubts.append(
             f"only the start: the rows end at t = {times[-1]:.4g} s, and the motion changes within {case.time_scale:.4g} s;"
             " give a longer file, or say with --to how far it has to reach"
         )
     period = 2 * math.pi * case.time_scale
     if gap > period and not is_sparse:
-        found.doubts.append(
+        comparison.doubts.append(
             f"a gap of {gap:.6g} s before t = {after:.9g} s is longer than the fastest"
             f" period ({period:.6g} s): whether the phase is right between cannot be told; write rows more often, or accept"
             " it with --sparse"
         )
-    return found
+    return comparison
 
 
 def pick_evenly(count: int, most: int) -> Places:

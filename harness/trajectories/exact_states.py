@@ -62,15 +62,15 @@ class ExactStates:
 
     def as_csv(self) -> str:
         """Comment lines with certificate and hash, then the hashed text: comments, header, one row each time."""
-        found = self.certificate
-        ways = ", ".join(f"{way} {digits:.0f}" for way, digits in found.ways.items())
-        confirmed = f"confirmed to {found.digits:.0f} digits ({ways or found.note}), {found.required} required"
+        certificate = self.certificate
+        ways = ", ".join(f"{way} {digits:.0f}" for way, digits in certificate.ways.items())
+        confirmed = f"confirmed to {certificate.digits:.0f} digits ({ways or certificate.note}), {certificate.required} required"
         head = f"# gnomon {VERSION}\n# certificate: {confirmed}\n# sha256 of the lines below: {self.sha256}\n"
         return head + self.hashed
 
     def as_json(self) -> str:
         """One JSON object. Times and states are strings, because a JSON number may be read as a double."""
-        case, found, numbers = self.case, self.certificate, self.numbers
+        case, certificate, numbers = self.case, self.certificate, self.numbers
         document = {
             "schema_version": SCHEMA_VERSION,
             "gnomon": VERSION,
@@ -84,11 +84,11 @@ class ExactStates:
                 for time, state in zip(self.times, self.states, strict=True)
             ],
             "certificate": {
-                "passed": found.passed,
-                "digits": round(found.digits, 1),
-                "required": found.required,
-                "ways": {way: round(digits, 1) for way, digits in found.ways.items()},
-                "note": found.note,
+                "passed": certificate.passed,
+                "digits": round(certificate.digits, 1),
+                "required": certificate.required,
+                "ways": {way: round(digits, 1) for way, digits in certificate.ways.items()},
+                "note": certificate.note,
             },
             "sha256": self.sha256,
         }
@@ -117,41 +117,41 @@ def exact_states(case: Case, times: Sequence[str], digits: int) -> ExactStates:
     return ExactStates(rounded, digits, tuple(times), states, _certificate(rounded))
 
 
-def times_of(given: str | None, case: Case) -> tuple[str, ...]:
+def times_of(source: str | None, case: Case) -> tuple[str, ...]:
     """The times as written, from a file or a list separated by commas or white space; see `_column` for a file.
 
     None gives the case's 64 sample times, as hexadecimal doubles.
     """
-    if given is None:
+    if source is None:
         return tuple(t.hex() for t in case.rounded().times.tolist())
-    text = _column(given, read_text(Path(given))) if is_file(given) else given
-    found = tuple(text.replace(",", " ").split())
-    if not found:
-        raise ValueError(f"--times {shortened(given)}: no times; give numbers of seconds, as 0.5,1,1.5")
-    if len(found) > MOST_TIMES:
-        raise ValueError(f"--times: {len(found)} times; give at most {MOST_TIMES}")
-    for each in found:
+    text = _column(source, read_text(Path(source))) if is_file(source) else source
+    times = tuple(text.replace(",", " ").split())
+    if not times:
+        raise ValueError(f"--times {shortened(source)}: no times; give numbers of seconds, as 0.5,1,1.5")
+    if len(times) > MOST_TIMES:
+        raise ValueError(f"--times: {len(times)} times; give at most {MOST_TIMES}")
+    for each in times:
         try:
             moment(each)
         except ValueError as error:
-            hint = "" if is_file(given) or "," in given else "; no file has this name either"
+            hint = "" if is_file(source) or "," in source else "; no file has this name either"
             raise ValueError(f"{error}{hint}") from None
-    return found
+    return times
 
 
-def _column(given: str, text: str) -> str:
+def _column(source: str, text: str) -> str:
     """The times of a file: without a header all its numbers, else the only column, or the column t or time."""
     lines = [line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")]
     mark = next((mark for mark in ";,\t" if mark in "".join(lines[:1])), None)
     rows = [[field.strip().strip('"') for field in line.split(mark)] for line in lines]
     if not rows or any(map(_is_number, rows[0])):
         return " ".join(field for row in rows for field in row)
-    found = (
+    places = (
         [k for k, name in enumerate(rows[0]) if re.match(r"(t|time)\b", name, re.IGNORECASE)] if rows[0][1:] else [0]
     )
-    if len(found) != 1:
-        raise ValueError(f"--times {shortened(given)}: call one column t or time; it has {', '.join(rows[0])}")
-    return " ".join(row[found[0]] for row in rows[1:] if len(row) > found[0])
+    if len(places) != 1:
+        raise ValueError(f"--times {shortened(source)}: call one column t or time; it has {', '.join(rows[0])}")
+    return " ".join(row[places[0]] for row in rows[1:] if len(row) > places[0])
 
 
 def _is_number(text: str) -> bool:
@@ -162,9 +162,9 @@ def _is_number(text: str) -> bool:
     return True
 
 
-def is_file(given: str) -> bool:
+def is_file(name: str) -> bool:
     try:
-        return Path(given).is_file()
+        return Path(name).is_file()
     except (OSError, ValueError):  # no file can have this name
         return False
 

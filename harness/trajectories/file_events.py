@@ -44,16 +44,16 @@ def compare_events(case: Case, times: Floats, states: Floats, metric: Metric) ->
     moments = [float(event.time) for event in case.events()]
     crowded = np.flatnonzero(np.histogram(moments, times)[0] > MOST_IN_A_GAP)
     rows = int(crowded[0]) + 1 if len(crowded) else len(times)
-    found, until = _locate(case, times[:rows], states[:rows], metric)
+    located, until = _locate(case, times[:rows], states[:rows], metric)
     exact = [event for event in case.events() if event.time <= until and event.name != "limit"]
-    return _match(found, exact, float(times[0]), until, float(np.max(np.diff(times))))
+    return _match(located, exact, float(times[0]), until, float(np.max(np.diff(times))))
 
 
 def _match(
-    found: Sequence[tuple[float, str]], exact: Sequence[Event], first: float, until: float, gap: float
+    located: Sequence[tuple[float, str]], exact: Sequence[Event], first: float, until: float, gap: float
 ) -> EventErrors:
     """Match each exact event with the nearest one found of its name, nearer than the half of the time to its neighbours."""
-    late, missed, left = [], [], list(found)
+    late, missed, left = [], [], list(located)
     moments = [float(event.time) for event in exact]
     for place, event in enumerate(exact):
         time = moments[place]
@@ -61,13 +61,13 @@ def _match(
             continue
         same = [t for t, each in zip(moments, exact, strict=True) if each.name == event.name and t != time]
         reach = max(min((abs(t - time) for t in same), default=np.inf) / 2, 0.0)
-        near = min((one for one in left if one[1] == event.name), key=lambda one: abs(one[0] - time), default=None)
+        near = min((pair for pair in left if pair[1] == event.name), key=lambda pair: abs(pair[0] - time), default=None)
         if near is not None and abs(near[0] - time) <= reach:
             left.remove(near)
             late.append((time, near[0] - time, event.name))
         elif time < until - gap:  # one that is late may lie behind the last row
             missed.append((time, event.name))
-    extra = [one for one in left if one[0] < until - gap]
+    extra = [pair for pair in left if pair[0] < until - gap]
     return EventErrors(tuple(missed), tuple(extra), tuple(late), until)
 
 
@@ -79,7 +79,7 @@ def _locate(case: Case, times: Floats, states: Floats, metric: Metric) -> tuple[
     longest = float(np.max(np.diff(times), initial=0.0)) / case.time_scale
     substeps = max(1, min(SUBSTEPS, math.ceil(longest / SUBSTEP)))
     rows = [tuple(row) for row in states.tolist()]
-    found: list[tuple[float, str]] = []
+    events: list[tuple[float, str]] = []
     reached, usual = float(times[0]), list[float]()
     try:
         mode = hybrid.start(float(times[0]), rows[0], parameters)
@@ -91,29 +91,29 @@ def _locate(case: Case, times: Floats, states: Floats, metric: Metric) -> tuple[
             smooth = walk.smooth(mode, rows[place])
             fired, ended, new_mode = walk.with_events(mode, rows[place])
             if fired is None:
-                return found, reached
+                return events, reached
             row = np.array(rows[place + 1])
             without = _distance(metric, smooth, row)
             if fired and _distance(metric, ended, row) <= without:
-                found += fired
+                events += fired
                 mode = new_mode
             elif not fired:
                 extra = _find_unexpected(hybrid, mode, without, usual)
                 usual.append(without)
                 if extra is not None:
-                    found.append(((t + after) / 2, extra.name))
+                    events.append(((t + after) / 2, extra.name))
                     mode = extra.lands(after, rows[place + 1], parameters)
             reached = after
     except (ArithmeticError, ValueError):  # a wrong state, for which the equations have no value
         pass
-    return found, reached
+    return events, reached
 
 
 def _distance(metric: Metric, a: State | None, b: Floats) -> float:
     if a is None:
         return np.inf
-    found = max(float(each) for each in metric.by_group(np.array(a), b).values())
-    return found if np.isfinite(found) else np.inf
+    largest = max(float(each) for each in metric.by_group(np.array(a), b).values())
+    return largest if np.isfinite(largest) else np.inf
 
 
 def _find_unexpected(hybrid: Hybrid, mode: str, jump: float, usual: Sequence[float]) -> Transition | None:
@@ -140,7 +140,7 @@ class _Walk:
     def with_events(self, mode: str, state: State) -> tuple[list[tuple[float, str]] | None, State | None, str]:
         """The events, the state at the end, and its mode; None for more events than can be told."""
         t, h = self.start, (self.end - self.start) / self.substeps
-        found: list[tuple[float, str]] = []
+        events: list[tuple[float, str]] = []
         while t < self.end - 1e-12 * (self.end - self.start):
             step = min(h, self.end - t)
             ahead = self._step(mode, t, state, step)
@@ -149,15 +149,15 @@ class _Walk:
                 t, state = t + step, ahead
                 continue
             transition, step = fired
-            if len(found) == MOST_IN_A_GAP:
+            if len(events) == MOST_IN_A_GAP:
                 return None, None, mode
             t, state = t + step, self._step(mode, t, state, step)
             if transition.onto is not None:
                 state = tuple(transition.onto(t, state, self.parameters))
-            found.append((t, transition.name))
+            events.append((t, transition.name))
             mode = transition.lands(t, state, self.parameters)
             state = tuple(float(x) for x in transition.reset(t, state, self.parameters))
-        return found, state, mode
+        return events, state, mode
 
     def _first_fired(
         self, mode: str, t: float, state: State, ahead: State, step: float

@@ -51,13 +51,13 @@ def from_fmu(
     links = mapping.find_links(split_columns(columns))
     name = Path(path).stem
     if archive.kind == "CoSimulation":
-        return CoSimulation(name, archive, links, order), mapping.told
+        return CoSimulation(name, archive, links, order), mapping.lines
     if order is not None:
         raise ValueError(
             f"--order {order}: {path} is for model exchange, whose order is that of --integrator; leave it out"
         )
     chosen: Integrator = lookup.find_one(method or METHOD)
-    return ModelExchange(name, archive, links, chosen), mapping.told
+    return ModelExchange(name, archive, links, chosen), mapping.lines
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ class _Number:
 
 
 class _Mapping:
-    """Finds the variable for each number of a case; `told`: the mapping, a line each."""
+    """Finds the variable for each number of a case; `lines`: the mapping, a line each."""
 
     def __init__(self, archive: Archive, case: Case) -> None:
         self.archive, self.case = archive, case
@@ -87,7 +87,7 @@ class _Mapping:
             each.name: _Number(each.name, each.unit, float(value))
             for each, value in zip(case.parameter_list, case.parameter_values(), strict=True)
         }
-        self.told = [f"its description breaks a rule of FMI: {archive.invalid}"] if archive.invalid else []
+        self.lines = [f"its description breaks a rule of FMI: {archive.invalid}"] if archive.invalid else []
         self.states: dict[str, Variable] = {}
         self.starts: dict[str, Variable | None] = {}
         self.given: dict[str, Variable | None] = {}
@@ -145,11 +145,11 @@ class _Mapping:
         else:
             self._take(self.states, number, linked, f"{variable.name} is {target}{unit}", text)
 
-    def _take(self, place: dict[str, Any], number: _Number, linked: Variable | None, told: str, text: str) -> None:
+    def _take(self, place: dict[str, Any], number: _Number, linked: Variable | None, line: str, text: str) -> None:
         if number.name in place:
             raise ValueError(f"--columns {shorten(text)}: {number.name} is given twice; give it one variable")
         place[number.name] = linked
-        self.told.append(told)
+        self.lines.append(line)
 
     def _find_variable(self, name: str) -> Any:
         """The variable of a name, or the only one whose name ends in it after a dot."""
@@ -198,21 +198,20 @@ class _Mapping:
 
     def _find_by_name(self, name: str, number: _Number) -> tuple[Any, Variable, str] | None:
         """The first variable of a name with its link, for a number."""
-        for variable in self._find_named(name):
-            return variable, *self._link(variable, number, (), variable.name)
-        return None
+        variable = next(self._find_named(name), None)
+        return None if variable is None else (variable, *self._link(variable, number, (), variable.name))
 
     def _find_state(self, coordinate: _Number) -> None:
         name = coordinate.name
         if name not in self.states:
-            found = self._find_by_name(name, coordinate)
-            if found is None or _is_set(found[0]):
+            entry = self._find_by_name(name, coordinate)
+            if entry is None or _is_set(entry[0]):
                 raise ValueError(
                     f"{self.archive.path}: no variable for {name} of {self.case.name}; give --columns VARIABLE={name};"
                     f" {self._list_names(name)}"
                 )
-            self.states[name] = found[1]
-            self.told.append(f"{found[0].name} is {name}{found[2]}")
+            self.states[name] = entry[1]
+            self.lines.append(f"{entry[0].name} is {name}{entry[2]}")
 
     def _find_start(self, coordinate: _Number) -> None:
         """The variable that sets a start: as stated, the variable itself, or a parameter whose name says so."""
@@ -225,17 +224,17 @@ class _Mapping:
             self.starts[name] = linked
             return
         for pattern in STARTS:
-            found = self._find_by_name(pattern.format(name), coordinate)
-            if found is not None and _is_set(found[0]):
-                self.starts[name] = found[1]
-                self.told.append(f"{found[0].name} sets the start of {name}{found[2]}")
+            entry = self._find_by_name(pattern.format(name), coordinate)
+            if entry is not None and _is_set(entry[0]):
+                self.starts[name] = entry[1]
+                self.lines.append(f"{entry[0].name} sets the start of {name}{entry[2]}")
                 return
         self.starts[name] = None
-        kept = "it is compared right after the initialization"
+        reason = "it is compared right after the initialization"
         if variable.start is not None:
             self._require_same(variable, linked, coordinate, "starts at")
-            kept = "it is that of the case"
-        self.told.append(f"no variable sets the start of {name}: {kept}")
+            reason = "it is that of the case"
+        self.lines.append(f"no variable sets the start of {name}: {reason}")
 
     def _require_same(self, variable: Any, linked: Variable, number: _Number, what: str) -> None:
         """Raise ValueError if a number that cannot be set differs from the number of the case."""
@@ -257,23 +256,23 @@ class _Mapping:
         name = parameter.name
         if name in self.given:
             return
-        found = self._find_by_name(name, parameter)
-        if found is None:
+        entry = self._find_by_name(name, parameter)
+        if entry is None:
             settable = [each for each, variable in self.variables.items() if variable.causality == "parameter"]
             raise ValueError(
                 f"{self.archive.path}: no variable for {parameter}; give --columns VARIABLE={name}, or {FIXED}={name} if the"
                 f" FMU has this number in it; its parameters: {shorten(', '.join(settable)) or 'none'}"
             )
-        variable, linked, unit = found
+        variable, linked, unit = entry
         if _is_set(variable):
             self.given[name] = linked
-            self.told.append(f"{variable.name} sets {name}{unit}")
+            self.lines.append(f"{variable.name} sets {name}{unit}")
             return
         if variable.start is None:
             self._require_settable(variable, parameter)
         self._require_same(variable, linked, parameter, "is")
         self.given[name] = None
-        self.told.append(f"{variable.name} is {name}{unit}, and cannot be set")
+        self.lines.append(f"{variable.name} is {name}{unit}, and cannot be set")
 
     def _require_all_states(self) -> None:
         """Raise ValueError unless the coordinates are the continuous states of the FMU, one by one."""

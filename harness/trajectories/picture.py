@@ -19,45 +19,42 @@ LEAST = 1e-17
 """Smaller errors, as the zero at the start, are not drawn."""
 
 
-def chart(found: Comparison, verdict: str, bound: float | None) -> Any:
+def chart(comparison: Comparison, verdict: str, bound: float | None) -> Any:
     """The chart of a comparison, with the bound of the error as a line if it is one number."""
-    panels = [*_motion(found), _error(found, bound)]
-    said = f"largest error {found.error:.3g} of the size at t = {found.times[found.worst]:.6g} s; {verdict}"
+    panels = [*_motion(comparison), _error(comparison, bound)]
+    time = comparison.times[comparison.worst]
     title = alt.TitleParams(
-        visible(f"{found.trajectory.source} on {found.case.id}"),
-        subtitle=visible(said[:160]),
+        visible(f"{comparison.trajectory.source} on {comparison.case.id}"),
+        subtitle=visible(f"largest error {comparison.error:.3g} of the size at t = {time:.6g} s; {verdict}"[:160]),
         offset=14,
         anchor="start",
     )
     return dress(alt.vconcat(*panels, title=title, spacing=18).resolve_scale(color="independent"))
 
 
-def _time(found: Comparison) -> Any:
-    return alt.X("t:Q", title="t (s)", scale=alt.Scale(domain=[0.0, float(found.times[-1])], nice=False))
+def _time(comparison: Comparison) -> Any:
+    return alt.X("t:Q", title="t (s)", scale=alt.Scale(domain=[0.0, float(comparison.times[-1])], nice=False))
 
 
-def _motion(found: Comparison) -> list[Any]:
+def _motion(comparison: Comparison) -> list[Any]:
     """A panel for each group of coordinates: the exact motion as lines, rows of the file as circles."""
-    end = float(found.times[-1])
+    end, case, present = float(comparison.times[-1]), comparison.case, comparison.trajectory.present
     fine = np.linspace(0.0, end, MOST_POINTS)
-    exact = found.case.sample(fine)
-    places = pick_evenly(len(found.times), MOST_POINTS // 4)
+    exact = case.sample(fine)
+    places = pick_evenly(len(comparison.times), MOST_POINTS // 4)
     panels = []
-    for group in dict.fromkeys(coordinate.group for coordinate in found.case.state):
-        members = [
-            (i, c.name) for i, c in enumerate(found.case.state) if c.group == group and found.trajectory.present[i]
-        ]
+    for group in dict.fromkeys(coordinate.group for coordinate in case.state):
+        members = [(i, c.name) for i, c in enumerate(case.state) if c.group == group and present[i]]
         if not members:
             continue
-        unit = found.case.state[members[0][0]].unit
+        unit = case.state[members[0][0]].unit
         names = [name for _, name in members]
         colour = colour_lines("coordinate:N", names)
-        base = alt.Chart(width=WIDTH, height=HEIGHT).encode(
-            x=_time(found), y=alt.Y("value:Q", title=f"{group} ({unit})", scale=alt.Scale(zero=False)), color=colour
-        )
+        value = alt.Y("value:Q", title=f"{group} ({unit})", scale=alt.Scale(zero=False))
+        base = alt.Chart(width=WIDTH, height=HEIGHT).encode(x=_time(comparison), y=value, color=colour)
         lines = base.mark_line(strokeWidth=1.5).properties(data=alt.InlineData(_rows(fine, exact, members)))
-        states = found.exact[places] + found.differences[places]  # angles in the turn of the exact motion
-        rows = alt.InlineData(_rows(found.times[places], states, members))
+        states = comparison.exact[places] + comparison.differences[places]  # angles in the turn of the exact motion
+        rows = alt.InlineData(_rows(comparison.times[places], states, members))
         points = base.mark_point(shape="circle", size=22, filled=False, strokeWidth=1.2, opacity=1).properties(
             data=rows
         )
@@ -77,18 +74,18 @@ def _rows(times: Floats, states: Floats, members: list[tuple[int, str]]) -> list
     ]
 
 
-def _error(found: Comparison, bound: float | None) -> Any:
+def _error(comparison: Comparison, bound: float | None) -> Any:
     """The largest error around each of many times, by group of coordinates, and the bound."""
-    places = np.linspace(0, len(found.times), min(len(found.times), MOST_POINTS // 2) + 1).astype(int)
+    places = np.linspace(0, len(comparison.times), min(len(comparison.times), MOST_POINTS // 2) + 1).astype(int)
     rows = [
-        {"t": float(found.times[low]), "error": float(np.max(errors[low:high])), "line": group}
-        for group, errors in found.errors_by_group.items()
+        {"t": float(comparison.times[low]), "error": float(np.max(errors[low:high])), "line": group}
+        for group, errors in comparison.errors_by_group.items()
         for low, high in zip(places[:-1].tolist(), places[1:].tolist(), strict=True)
         if np.max(errors[low:high]) > LEAST
     ]
-    names = list(found.errors_by_group)
+    names = list(comparison.errors_by_group)
     if bound is not None:
-        rows += [{"t": t, "error": bound, "line": "allowed"} for t in (0.0, float(found.times[-1]))]
+        rows += [{"t": t, "error": bound, "line": "allowed"} for t in (0.0, float(comparison.times[-1]))]
         names.append("allowed")
     colours = [QUIET if name == "allowed" else LINES[k % len(LINES)] for k, name in enumerate(names)]
     return (
@@ -97,7 +94,7 @@ def _error(found: Comparison, bound: float | None) -> Any:
         )
         .mark_line(strokeWidth=1.5)
         .encode(
-            x=_time(found),
+            x=_time(comparison),
             y=alt.Y(
                 "error:Q", title="error / size", scale=alt.Scale(type="log"), axis=alt.Axis(format=".0e", tickCount=6)
             ),

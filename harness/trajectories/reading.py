@@ -94,8 +94,8 @@ class Table:
 def read_table(path: Path) -> Table:
     """The columns of a file, by its ending. Raises ValueError, which names file and place, for what cannot be read."""
     if not path.is_file():
-        found = "a folder, a pipe or a device" if path.exists() else "no such file"
-        raise ValueError(f"{path}: {found}; give a file with the columns of a motion")
+        reason = "a folder, a pipe or a device" if path.exists() else "no such file"
+        raise ValueError(f"{path}: {reason}; give a file with the columns of a motion")
     size = path.stat().st_size
     if size > MOST_BYTES:
         raise ValueError(f"{path}: {size} bytes; give a file of at most {MOST_BYTES}, as with every tenth row")
@@ -272,16 +272,16 @@ def _number(text: str, comma: bool) -> float:
 
 
 def _floats(texts: Sequence[str], comma: bool, name: str, table: Table) -> Floats:
-    found = np.empty(len(texts))
+    numbers = np.empty(len(texts))
     for row, text in enumerate(texts):
         try:
-            found[row] = _number(text, comma)
+            numbers[row] = _number(text, comma)
         except (ValueError, OverflowError):
             raise ValueError(
                 f"{table.source}:{table.lines[row]}: {shorten(name)} = {shorten(text)!r} is not a number; correct the line, or put #"
                 " before it"
             ) from None
-    return found
+    return numbers
 
 
 def _ensure_rows(rows: Sequence[Sequence[str]], lines: Sequence[int], width: int, path: Path) -> None:
@@ -312,14 +312,14 @@ def _header(
     if len(heads) > 1 and all(not cell.strip("[]()-") or is_unit(cell) for cell in heads[-1]):
         names = heads[-2]
         units = {place: cell.strip("[]() ") for place, cell in enumerate(heads[-1]) if cell.strip("[]()- ")}
-    found = []
+    columns = []
     for place, name in enumerate(names):
         split = _BRACKETS.fullmatch(name)
         if split is not None and split[1] and is_unit(split[2]) and not split[2].isdigit():
             units.setdefault(place, split[2].strip())
             name = split[1]
-        found.append(name.strip())
-    return found, units
+        columns.append(name.strip())
+    return columns, units
 
 
 def _note_digits(table: Table, name: str, written: Sequence[tuple[int, int, int | None]], is_exact: bool) -> None:
@@ -410,17 +410,17 @@ def _read_mat(path: Path) -> Table:
         size = sum(8 * math.prod(shape) for _, shape, _ in whosmat(path))
         if size > MOST_BYTES:
             raise _too_large(path, size)
-        found = loadmat(path)
+        content = loadmat(path)
     except NotImplementedError:  # version 7.3, which is HDF5
         return _read_hdf5(path)
     except Exception as error:  # damaged files raise many kinds
         if str(error).startswith(str(path)):
             raise
         raise ValueError(f"{path}: not a whole file of MATLAB ({shorten(str(error))}); write it with save") from None
-    if {"Aclass", "name", "dataInfo", "data_1", "data_2"} <= set(found):
-        return _read_modelica(path, found)
+    if {"Aclass", "name", "dataInfo", "data_1", "data_2"} <= set(content):
+        return _read_modelica(path, content)
     table = Table(str(path))
-    for name, value in found.items():
+    for name, value in content.items():
         if not name.startswith("__"):
             _add_matlab(table, name, value)
     return table
@@ -435,15 +435,15 @@ def _add_matlab(table: Table, name: str, value: Any) -> None:
         table.add(name, value.reshape(-1) if 1 in value.shape and value.ndim == 2 else value)
 
 
-def _read_modelica(path: Path, found: Mapping[str, Any]) -> Table:
+def _read_modelica(path: Path, content: Mapping[str, Any]) -> Table:
     """Results of Dymola and OpenModelica: names, and for each the matrix, the column and the sign of its numbers."""
     table = Table(str(path))
-    is_transposed = "binTrans" in "".join(map(str, np.ravel(found["Aclass"])))
-    letters = np.array([list(line) for line in found["name"]])
+    is_transposed = "binTrans" in "".join(map(str, np.ravel(content["Aclass"])))
+    letters = np.array([list(line) for line in content["name"]])
     names = ["".join(line).strip("\0 ") for line in (letters.T if is_transposed else letters)]
-    places = found["dataInfo"].T if is_transposed else found["dataInfo"]
+    places = content["dataInfo"].T if is_transposed else content["dataInfo"]
     for name, (matrix, column, *_) in zip(names, places.tolist(), strict=True):
-        data = found["data_2"] if matrix in (0, 2) else None
+        data = content["data_2"] if matrix in (0, 2) else None
         if data is not None and abs(column) > 0:
             values = data[abs(column) - 1] if is_transposed else data[:, abs(column) - 1]
             table.add(name.partition(" ")[0], values * (1 if column > 0 else -1))
@@ -496,12 +496,12 @@ def _read_parquet(path: Path) -> Table:
         size = 8 * file.metadata.num_rows * file.metadata.num_columns
         if size > MOST_BYTES:
             raise _too_large(path, size)
-        found = file.read()
+        frame = file.read()
     except (OSError, pyarrow.ArrowException) as error:
         if str(error).startswith(str(path)):
             raise
         raise ValueError(f"{path}: not a whole file of Parquet ({shorten(str(error))}); write it again") from None
-    for name, column in zip(found.column_names, found.columns, strict=True):
+    for name, column in zip(frame.column_names, frame.columns, strict=True):
         kind = column.type
         if pyarrow.types.is_floating(kind) or pyarrow.types.is_integer(kind):
             table.add(name, column.to_numpy())
@@ -560,7 +560,7 @@ def _json_line(path: Path, number: int, line: str) -> Any:
 
 def _transpose(rows: list[Any], path: Path, lines: Sequence[int]) -> dict[str, list[Any]]:
     """The lists of the members of objects."""
-    found: dict[str, list[Any]] = {}
+    members: dict[str, list[Any]] = {}
     names = rows[0].keys() if rows and isinstance(rows[0], dict) else ()
     for place, row in enumerate(rows):
         where = f"{path}:{lines[place]}" if lines else f"{path}: row {place + 1}"
@@ -569,8 +569,8 @@ def _transpose(rows: list[Any], path: Path, lines: Sequence[int]) -> dict[str, l
                 f"{where}: {shorten(repr(row), 60)} has not the members of the first object; write all of them"
             )
         for name, value in row.items():
-            found.setdefault(name, []).append(value)
-    return found
+            members.setdefault(name, []).append(value)
+    return members
 
 
 READERS: Mapping[str, Callable[[Path], Table]] = {
@@ -601,12 +601,12 @@ REFUSED = {
 }  # fmt: skip
 
 
-def read_frame(found: Any) -> Table:
+def read_frame(frame: Any) -> Table:
     """The columns of a mapping of names to arrays, or of a frame as of pandas, polars or pyarrow."""
     table = Table("the given columns")
-    names: Iterable[Any] = found.keys() if hasattr(found, "keys") else getattr(found, "column_names", ())
+    names: Iterable[Any] = frame.keys() if hasattr(frame, "keys") else getattr(frame, "column_names", ())
     for name in names:
-        values = found[name]
+        values = frame[name]
         array = values.to_numpy() if hasattr(values, "to_numpy") else values
         try:
             table.add(str(name), np.asarray(array))

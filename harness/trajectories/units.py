@@ -53,7 +53,7 @@ def parse_unit(text: str) -> Unit:
     """The unit of a text such as `deg/s`, `km/h`, `m s^-1` or `m^(1/2)`. Raises ValueError for another text."""
     rest = text.strip().strip("[]").replace("·", "*").replace("**", "^").replace("²", "^2").replace("³", "^3")
     rest = rest[1:-1] if rest.startswith("(") and rest.endswith(")") else rest
-    found, sign, inside, place = Unit(1.0, ONE), 1.0, False, 0
+    unit, sign, inside, place = Unit(1.0, ONE), 1.0, False, 0
     while place < len(rest):
         part = _FACTOR.match(rest, place)
         symbol = UNITS.get(_NAMES.get(part["symbol"].lower(), part["symbol"])) if part is not None else None
@@ -64,23 +64,23 @@ def parse_unit(text: str) -> Unit:
         inside = (inside or bool(part["open"])) and not part["close"]
         above, _, below = (part["power"] or "1").strip("()").partition("/")
         power = sign * float(above) / float(below or 1)
-        powers = [a + power * b for a, b in zip(found.powers, symbol.powers, strict=True)]
-        found = Unit(found.factor * symbol.factor**power, (powers[0], powers[1], powers[2], powers[3]))
+        powers = [a + power * b for a, b in zip(unit.powers, symbol.powers, strict=True)]
+        unit = Unit(unit.factor * symbol.factor**power, (powers[0], powers[1], powers[2], powers[3]))
         place = part.end()
     if not rest:
         raise _unknown(text)
-    return found
+    return unit
 
 
 def factor_to(text: str, wanted: str, what: str) -> float:
     """The factor from the unit `text` to the unit `wanted` of a coordinate. Raises ValueError if they do not fit."""
-    found, aim = parse_unit(text), parse_unit(wanted)
-    without_angle = [tuple(unit.powers[:3]) for unit in (found, aim)]
-    angles = {unit.powers[3] for unit in (found, aim)}
+    stated, aim = parse_unit(text), parse_unit(wanted)
+    without_angle = [tuple(unit.powers[:3]) for unit in (stated, aim)]
+    angles = {unit.powers[3] for unit in (stated, aim)}
     fits = without_angle[0] == without_angle[1] and (len(angles) == 1 or text.strip() in ("1", "-", "1/s"))
     if not fits:
         raise ValueError(f"{what}: {shorten(text)} is not a unit of a number in {wanted}; give another unit")
-    return found.factor / aim.factor
+    return stated.factor / aim.factor
 
 
 def is_unit(text: str) -> bool:
