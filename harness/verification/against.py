@@ -160,8 +160,8 @@ def serve(named: str) -> None:
                 answer = _describe_imported(request["package"], request["modules"])
             else:
                 case, setting = request["case"], request.get("setting")
-                one = series[case] = series.get(case) or _Series(integrator, case, request["depth"])
-                answer = {"setting": one.find_setting()} if setting is None else one.time_calls(setting)
+                case_series = series[case] = series.get(case) or _Series(integrator, case, request["depth"])
+                answer = {"setting": case_series.find_setting()} if setting is None else case_series.time_calls(setting)
         except Exception as error:  # the user's code may raise anything: it is shown
             answer = {stage: f"{type(error).__name__}: {error}"}
         answers.write(json.dumps(answer) + "\n")

@@ -116,11 +116,11 @@ def measure(
     def add(row: Row) -> None:
         if row.finding.outcome == Outcome.FAILED:
             raise ValueError(f"{integrator.id} on {row.case}: {row.finding.got}; name other cases with --case")
-        found = [Entry(**each | {"status": Status(each["status"])}) for each in json.loads(row.finding.got)]
-        for entry in found:
+        case_entries = [Entry(**each | {"status": Status(each["status"])}) for each in json.loads(row.finding.got)]
+        for entry in case_entries:
             if entry.fault is not None:
                 raise ValueError(f"{integrator.id} on {row.case}: {entry.fault}; name other cases with --case")
-        entries.extend(found)
+        entries.extend(case_entries)
         progress(row.case)
 
     measured = partial(_find_measured, runs)
@@ -129,8 +129,8 @@ def measure(
         raise ValueError(f"no case has a form that {integrator.id} accepts, so there is nothing to measure")
     run([CaseJob(integrator, case, DEPTHS[depth], add, ["measured"], measured, runs) for case in chosen], workers)
     if not any(entry.status in SCORED for entry in entries):
-        found = ", ".join(sorted({entry.status for entry in entries}))
-        raise ValueError(f"{integrator.id} has no solution at any setting ({found}), so there is nothing to keep")
+        statuses = ", ".join(sorted({entry.status for entry in entries}))
+        raise ValueError(f"{integrator.id} has no solution at any setting ({statuses}), so there is nothing to keep")
     if Status.OK not in [entry.status for entry in entries]:
         raise ValueError(
             f"{integrator.id} follows no exact motion at any setting (errors above {INACCURATE:g} of its size), so there is"
@@ -175,7 +175,7 @@ def _runs(trials: Trials, setting: float, starts: Sequence[Floats]) -> tuple[Sta
     except Exception as error:  # the user's code may raise anything
         return status_of(error)[0], {}
     status = Status(trials.scorer.score(solved[0][0].states[0])["status"])
-    found = [
+    numbers = [
         (
             trials.scorer.largest_error(solution.states[0]),
             calls if trials.integrator.counts_rhs else math.nan,
@@ -183,7 +183,7 @@ def _runs(trials: Trials, setting: float, starts: Sequence[Floats]) -> tuple[Sta
         )
         for solution, calls in solved
     ]
-    named = zip(RANGES, np.array(found, dtype=np.float64).T, strict=True)
+    named = zip(RANGES, np.array(numbers, dtype=np.float64).T, strict=True)
     return status, {
         f"{name}_{end}": float(of(values))
         for name, values in named
@@ -191,13 +191,13 @@ def _runs(trials: Trials, setting: float, starts: Sequence[Floats]) -> tuple[Sta
     }
 
 
-def case_names(base: Baseline, given: Sequence[str] = ()) -> list[str]:
+def case_names(base: Baseline, names: Sequence[str] = ()) -> list[str]:
     """The names of a baseline's cases, for `measure`.
 
-    A file must not make gnomon import code: a case that is not installed must be in `given`, as package.module:Class,
+    A file must not make gnomon import code: a case that is not installed must be in `names`, as package.module:Class,
     else ValueError is raised.
     """
-    own = {case_class(name).name: name for name in (each.partition("/")[0] for each in given) if ":" in name}
+    own = {case_class(name).name: name for name in (each.partition("/")[0] for each in names) if ":" in name}
     known = {name: name for name in installed_names()} | own
     for entry in base.entries:
         if entry.case not in known:
@@ -281,7 +281,7 @@ def _rows(baseline: Baseline) -> list[dict[str, Any]]:
 
 def as_text(baseline: Baseline) -> str:
     """The text of a baseline file: comments that identify it, then a table with aligned columns, easy to review."""
-    table = [COLUMNS] + [tuple(_word(getattr(entry, name)) for name in COLUMNS) for entry in baseline.entries]
+    table = [COLUMNS] + [tuple(str(getattr(entry, name)) for name in COLUMNS) for entry in baseline.entries]
     widths = [max(map(len, column)) for column in zip(*table, strict=True)]
     lines = ["  ".join(word.ljust(width) for word, width in zip(row, widths, strict=True)).rstrip() for row in table]
     head = [
@@ -291,10 +291,6 @@ def as_text(baseline: Baseline) -> str:
         f"# gnomon {baseline.version}",
     ]
     return "\n".join([*head, *lines]) + "\n"
-
-
-def _word(value: Any) -> str:
-    return repr(value) if isinstance(value, float) else str(value)
 
 
 def read(path: Path) -> Baseline:
@@ -315,13 +311,13 @@ def _entry(line: str, place: str) -> Entry:
     words = line.split()
     if len(words) != len(COLUMNS):
         raise ValueError(f"{place}: {len(words)} columns, not {len(COLUMNS)}")
-    found: dict[str, Any] = dict(zip(COLUMNS, words, strict=True))
+    fields: dict[str, Any] = dict(zip(COLUMNS, words, strict=True))
     try:
-        found |= {name: float(found[name]) for name in COLUMNS if name not in TEXTS}
-        found["status"] = Status(found["status"])
+        fields |= {name: float(fields[name]) for name in COLUMNS if name not in TEXTS}
+        fields["status"] = Status(fields["status"])
     except ValueError as error:
         raise ValueError(f"{place}: {str(error)[:200]}; write it anew") from None
-    entry = Entry(**found)
+    entry = Entry(**fields)
     if entry.fault is not None:
         raise ValueError(f"{place}: {entry.fault}; write it anew")
     return entry

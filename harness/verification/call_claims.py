@@ -36,9 +36,9 @@ def _history(trials: Trials) -> Finding:
     """The solution from one start, before and after solutions from another start and at another setting."""
     setting = trials.usual()
     first, _, again = trials.solutions(trials.problem(), setting, [trials.start, _other(trials), trials.start])
-    found = same_bits(trials, first, again, "one start before and after another")
-    if found.expected:
-        return found
+    finding = same_bits(trials, first, again, "one start before and after another")
+    if finding.expected:
+        return finding
     with suppress(Refused):  # stages need not converge at the coarsest setting
         trials.solutions(trials.problem(), trials.settings[0], [_other(trials)])
     (fresh,) = trials.solutions(trials.problem(), setting, [trials.start])
@@ -48,11 +48,11 @@ def _history(trials: Trials) -> Finding:
 @claim("start_kept")
 def _start_kept(trials: Trials) -> Finding:
     """The arrays given to the integrator hold the same bits after the call."""
-    problem, given = trials.problem(), trials.start[None].copy()
+    problem, start = trials.problem(), trials.start[None].copy()
     with trials.prepared(problem, trials.usual()) as solver:
-        solver.given(given)
+        solver.given(start)
     before = trials.problem()
-    pairs = {"initial states": (trials.start, given[0]), "times": (before.times, problem.times)}
+    pairs = {"initial states": (trials.start, start[0]), "times": (before.times, problem.times)}
     pairs["parameters"] = (before.parameters, problem.parameters)
     for what, (right, left) in pairs.items():
         if not np.array_equal(right, left, equal_nan=True):
@@ -69,9 +69,9 @@ def _check_aliasing(trials: Trials) -> Finding:
     problem = trials.problem()
     with trials.prepared(problem, trials.usual()) as solver:
         returned = solver.solver(trials.start[None].copy()).states  # the array itself, which `solver` would copy
-        kept = np.array(returned)
+        copy = np.array(returned)
         solver(_other(trials)[None])
-    return same_bits(trials, kept[0], np.asarray(returned)[0], "states returned by an earlier call")
+    return same_bits(trials, copy[0], np.asarray(returned)[0], "states returned by an earlier call")
 
 
 def _smooth(trials: Trials) -> str | None:
@@ -139,8 +139,8 @@ def _tolerance_effect(trials: Trials) -> Finding:
 def _bad_start(trials: Trials) -> Finding:
     for value in (math.nan, math.inf):
         # At the cheapest setting: for bad states an implicit method makes all its iterations in every step.
-        found = trials.outcome(trials.problem(), trials.settings[0], np.full_like(trials.start, value))
-        if found.solution is not None and np.all(np.isfinite(found.states)):
+        outcome = trials.outcome(trials.problem(), trials.settings[0], np.full_like(trials.start, value))
+        if outcome.solution is not None and np.all(np.isfinite(outcome.states)):
             return fail_claim(f"start {value}", "no finite states", "finite states")
     return pass_claim()
 

@@ -178,18 +178,18 @@ def causes(
     if len(times) < FEWEST or np.all(states == states[0]):  # a motion that rests is another mistake
         return []
     tried = _Tried(case, times, states, dict(moves or {}))
-    found: dict[str, Cause] = {}
+    by_text: dict[str, Cause] = {}
     least = math.inf
     for group in tried.groups(own_equations) if tried.error > LEAST else ():
         for hypothesis in group:
             cause = tried.judge(hypothesis)
             if cause is not None:
-                found.setdefault(cause.text, cause)
+                by_text.setdefault(cause.text, cause)
                 least = min(least, cause.left)
         if least < SETTLED * tried.error:
             break
     enough = ALIKE * max(least, TIED * tried.error)
-    return [cause for cause in found.values() if cause.left <= enough]
+    return [cause for cause in by_text.values() if cause.left <= enough]
 
 
 def name_low_order(points: Sequence[tuple[float, float]], order: int) -> Cause | None:
@@ -214,8 +214,8 @@ def say_low_order(power: float, order: int) -> str:
 
 def count_printed_digits(values: Floats) -> int | None:
     """The number of decimal digits of the values; None if they need more than 12."""
-    found = np.asarray(values).ravel()[:128].tolist()
-    return next((n for n in range(4, 13) if all(float(f"{x:.{n}g}") == x for x in found)), None)
+    numbers = np.asarray(values).ravel()[:128].tolist()
+    return next((n for n in range(4, 13) if all(float(f"{x:.{n}g}") == x for x in numbers)), None)
 
 
 def round_to_single(values: Floats) -> Floats:
@@ -243,8 +243,8 @@ class _Tried:
     @cached_property
     def sizes(self) -> Floats:
         """The largest size of each coordinate on the exact motion; 1 for a coordinate that rests at 0."""
-        found: Floats = np.max(np.abs(self.exact), axis=0)
-        return np.where(found > 0, found, 1.0)
+        sizes: Floats = np.max(np.abs(self.exact), axis=0)
+        return np.where(sizes > 0, sizes, 1.0)
 
     @cached_property
     def pairs(self) -> bool:
@@ -359,9 +359,9 @@ class _Tried:
         with np.errstate(all="ignore"):
             if not np.all(np.abs(np.linalg.det(rows) - 1) < 0.5):
                 return
-        given = Turning(Rotation.from_matrix(rows).as_quat(), self.states[:, spin])
+        turning = Turning(Rotation.from_matrix(rows).as_quat(), self.states[:, spin])
         for convention in conventions(along_body=True):
-            undone, states = convention.undo(given), self.states.copy()
+            undone, states = convention.undo(turning), self.states.copy()
             states[:, matrix] = turns(undone.quaternion).reshape(-1, 9)
             states[:, spin] = undone.spin
             yield self.of_states("convention", convention.text, states)
@@ -422,9 +422,9 @@ class _Tried:
             if factor > 0 and np.count_nonzero(rows) >= FEWEST:
                 yield from self._at_rate(factor, text, rows)
             elif factor < 0:
-                found = self.flow(backwards=True)
-                if found is not None:
-                    yield Explained("time", text, self.states, found, self.near)
+                motion = self.flow(backwards=True)
+                if motion is not None:
+                    yield Explained("time", text, self.states, motion, self.near)
 
     def periods(self) -> Iterator[Explained]:
         """A rate of the time that no list has."""
@@ -485,9 +485,9 @@ class _Tried:
     @cached_property
     def near(self) -> Rows:
         """The rows up to the horizon; at least the first ones."""
-        found: Rows = self.times <= self.horizon
-        found[:FEWEST] = True
-        return found
+        rows: Rows = self.times <= self.horizon
+        rows[:FEWEST] = True
+        return rows
 
     @cached_property
     def equations(self) -> FirstOrder | None:
@@ -524,8 +524,8 @@ class _Tried:
         dense, end, _ = self.own
         if dense is None or np.min(times) < 0 or np.max(times) > end:
             return self.case.sample(times)
-        found: Floats = dense(times).T
-        return found
+        states: Floats = dense(times).T
+        return states
 
     def flow(
         self,
@@ -538,18 +538,18 @@ class _Tried:
         numbers = {name: float(value) for name, value in self.case.parameters.items()} | dict(parameters or {})
         begin = np.array([float(x) for x in self.case.initial_state]) if start is None else start
         rows, form = self.near, self.equations
-        found = self.exact.copy()
+        motion = self.exact.copy()
         if form is None:
             if damping is not None or backwards:
                 return None
             try:
                 exact = {name: Fraction(value) for name, value in numbers.items()}
-                found[rows] = self.case.with_numbers([Fraction(x) for x in begin.tolist()], exact).sample(
+                motion[rows] = self.case.with_numbers([Fraction(x) for x in begin.tolist()], exact).sample(
                     self.times[rows]
                 )
             except (ArithmeticError, ValueError):
                 return None
-            return found
+            return motion
         values, half, direction = tuple(numbers.values()), len(begin) // 2, -1.0 if backwards else 1.0
 
         def rates(t: float, state: Floats) -> Floats:
@@ -575,23 +575,23 @@ class _Tried:
                 return None
         if states is None:
             return None
-        found[rows] = states
-        return found
+        motion[rows] = states
+        return motion
 
     def other_numbers(self) -> Iterator[Explained]:
         """Other parameters and starts: exchanged, rounded, in other units, of the other sign."""
         for kind, text, parameters, start in self._numbers():
-            found = self.flow(parameters, start)
-            if found is not None:
-                yield Explained(kind, text, self.states, found, self.near)
+            motion = self.flow(parameters, start)
+            if motion is not None:
+                yield Explained(kind, text, self.states, motion, self.near)
 
     def _numbers(self) -> Iterator[tuple[str, str, dict[str, float] | None, Floats | None]]:
         numbers = {name: float(value) for name, value in self.case.parameters.items()}
         units = {each.name: each.unit for each in self.case.parameter_list}
-        for one, other in itertools.combinations(numbers, 2):
-            if units[one] == units[other] and numbers[one] != numbers[other]:
-                changed = {one: numbers[other], other: numbers[one]}
-                yield "exchanged", f"{one} and {other} are exchanged", changed, None
+        for first, other in itertools.combinations(numbers, 2):
+            if units[first] == units[other] and numbers[first] != numbers[other]:
+                changed = {first: numbers[other], other: numbers[first]}
+                yield "exchanged", f"{first} and {other} are exchanged", changed, None
         for group in ([name for name in numbers if units[name] == unit] for unit in dict.fromkeys(units.values())):
             if len(group) == 3 and len({numbers[name] for name in group}) == 3:
                 for k in (1, 2):
@@ -647,12 +647,12 @@ class _Tried:
             damping += change
             if abs(change) < 1e-6 * abs(damping):
                 break
-        found = self.flow(damping=damping)
-        if found is not None and damping:
+        motion = self.flow(damping=damping)
+        if motion is not None and damping:
             word = "damping" if damping > 0 else "negative damping"
             text = f"a {word} that is not in the equations: accelerations of -{abs(damping):.4g}/s times the velocities"
             change = abs(damping) * float(self.case.time_scale)
-            yield Explained("damping", text, self.states, found, self.near, change)
+            yield Explained("damping", text, self.states, motion, self.near, change)
 
 
 MATRIX = tuple(f"R{row}{column}" for row in (1, 2, 3) for column in (1, 2, 3))
@@ -666,20 +666,20 @@ def _plural(kind: str) -> str:
 
 def _others(value: float, unit: str) -> dict[str, float]:
     """Other values of a parameter by text: another gravity, rounded, with a factor, of the other sign."""
-    found: dict[str, float] = {}
+    candidates: dict[str, float] = {}
     if unit == "m/s^2" and 9.7 < abs(value) < 10.1:
-        found |= {text: math.copysign(number, value) for text, number in GRAVITY.items()}
-    found |= {f"{value:.{digits}g}": float(f"{value:.{digits}g}") for digits in DIGITS}
-    found |= {
+        candidates |= {text: math.copysign(number, value) for text, number in GRAVITY.items()}
+    candidates |= {f"{value:.{digits}g}": float(f"{value:.{digits}g}") for digits in DIGITS}
+    candidates |= {
         f"{factor * value:.4g} ({word})": factor * value for factor, word in FACTORS.items() if factor in OF_PARAMETERS
     }
     if value > 0:
-        found |= {f"{1 / value:.4g} (its inverse)": 1 / value, f"{value * value:.4g} (its square)": value * value}
-    kept: dict[str, float] = {}
-    for text, number in found.items():
-        if number != value and number not in kept.values():
-            kept[text] = number
-    return kept
+        candidates |= {f"{1 / value:.4g} (its inverse)": 1 / value, f"{value * value:.4g} (its square)": value * value}
+    others: dict[str, float] = {}
+    for text, number in candidates.items():
+        if number != value and number not in others.values():
+            others[text] = number
+    return others
 
 
 def _values(state: Floats) -> Values:
@@ -695,20 +695,20 @@ def _solve(
     promising: Callable[[Floats], bool] | None = None,
 ) -> Floats | None:
     """The states at these times; None if the solution ends before, takes too many evaluations, or is not `promising`."""
-    found, done = np.empty((len(times), len(start))), int(times[0] == 0)
-    found[:done] = start
+    states, filled = np.empty((len(times), len(start))), int(times[0] == 0)
+    states[:filled] = start
     screened = max(2, len(times) // SCREEN)
     solver = DOP853(rates, 0.0, start, float(times[-1]), rtol=RTOL, atol=ATOL * sizes)
-    while done < len(times):
+    while filled < len(times):
         if solver.status != "running" or solver.nfev > most:
             return None
         solver.step()
         if not np.isfinite(solver.y).all():
             return None
         until = int(np.searchsorted(times, solver.t, side="right"))
-        if until > done:
-            found[done:until] = solver.dense_output()(times[done:until]).T
-            if promising is not None and done < screened <= until and not promising(found[:until]):
+        if until > filled:
+            states[filled:until] = solver.dense_output()(times[filled:until]).T
+            if promising is not None and filled < screened <= until and not promising(states[:until]):
                 return None
-            done = until
-    return found
+            filled = until
+    return states

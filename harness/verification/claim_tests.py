@@ -60,15 +60,15 @@ class ClaimTest:
     def __call__(self) -> None:
         import pytest  # as above
 
-        found = self._finding(self.claim)
-        if found.outcome == Outcome.NOT_CHECKED:
-            raise AssertionError(show(f"{self.claim} on {self.case.id} was not checked: {found.why}"))
-        if self.claim == FOLLOWS and found.outcome == Outcome.PASSED:
+        finding = self._finding(self.claim)
+        if finding.outcome == Outcome.NOT_CHECKED:
+            raise AssertionError(show(f"{self.claim} on {self.case.id} was not checked: {finding.why}"))
+        if self.claim == FOLLOWS and finding.outcome == Outcome.PASSED:
             self._require_accuracy()
-        if found.outcome == Outcome.NOT_APPLICABLE:
-            pytest.skip(show(found.why))
-        if found.outcome == Outcome.FAILED:
-            row, report = Row(self.claim, self.case.id, found), Report(self.integrator.id, self.depth.name)
+        if finding.outcome == Outcome.NOT_APPLICABLE:
+            pytest.skip(show(finding.why))
+        if finding.outcome == Outcome.FAILED:
+            row, report = Row(self.claim, self.case.id, finding), Report(self.integrator.id, self.depth.name)
             alone = [f"  command:  {command(report, row, self.how)}"] if self.how else []
             raise AssertionError("\n".join(map(show, [*failure(row), *alone])))
 
@@ -104,14 +104,14 @@ def claim_tests(
 
     For `how` see `ClaimTest`. Also raises ValueError if no case offers a form that the integrator accepts.
     """
-    found = [
+    tests = [
         ClaimTest(integrator, case, claim, DEPTHS[depth], how)
         for case, claims in plan_verification(integrator, names, depth)
         for claim in claims
     ]
-    if not found:
+    if not tests:
         raise ValueError(f"no case has a form that {integrator.id} accepts, so there is nothing to verify")
-    return found
+    return tests
 
 
 def parametrize(
@@ -158,7 +158,7 @@ def parametrize(
     known: Mapping[tuple[str, str], str] = {} if known_failures is None else read_known(Path(known_failures))
     return pytest.mark.parametrize(
         "check",
-        [pytest.param(one, id=one.id, marks=one.marks(known)) for one in claim_tests(integrator, depth, cases)],
+        [pytest.param(test, id=test.id, marks=test.marks(known)) for test in claim_tests(integrator, depth, cases)],
     )
 
 
@@ -218,15 +218,15 @@ def _departure(trials: Trials, answer: Answer, allowed: float) -> list[str]:
         return [f"{named} has no solution: {answer.why}"]
     exact, times = trials.reference.exact, trials.reference.times
     worst = int(np.argmax(answer.errors))
-    found = [
+    lines = [
         f"{named}: error {answer.error:.3g}, allowed {allowed:.3g}, floor {trials.reference.floor[worst]:.2g}"
         + (f"; stopped: {answer.stopped}" if answer.stopped else ""),
         f"largest at sample {worst + 1} of {len(times)}, t = {times[worst]:.17g}:",
     ]
     for coordinate, right, got in zip(trials.case.state, exact[worst], answer.states[worst], strict=True):
         ulps = (got - right) / np.spacing(abs(right))
-        found.append(
+        lines.append(
             f"  {coordinate.name}: exact {right:.17g}, computed {got:.17g}, difference {got - right:.3g} {coordinate.unit},"
             f" {ulps:.3g} ulp"
         )
-    return found
+    return lines

@@ -108,12 +108,12 @@ class Claim:
         if why is not None:
             return not_applicable(why)
         try:
-            found = self.verify(trials)
+            finding = self.verify(trials)
         except Unsupported as error:
             return not_applicable(f"unsupported: {error}")
         except Exception as error:  # the user's code may raise anything; the next claims are still verified
             return fail_claim("", "an answer", f"{type(error).__name__}: {error}", self.reason)
-        return found if found.why or found.outcome != Outcome.FAILED else replace(found, why=self.reason)
+        return finding if finding.why or finding.outcome != Outcome.FAILED else replace(finding, why=self.reason)
 
 
 def claim(

@@ -69,10 +69,10 @@ class _Motion:
         """(outcome, errors (samples, dim)) at equally spaced samples; nan without a solution."""
         span = self.problem.times[-1] - self.problem.t0
         times = self.problem.t0 + span * np.arange(1, samples + 1) / samples
-        found = trials.outcome(replace(self.problem, times=times), tolerance, self.start)
-        if found.solution is None:
-            return found, np.full((samples, len(self.start)), np.nan)
-        return found, (found.solution.states[0] - self.exact(times)) / self.sizes
+        outcome = trials.outcome(replace(self.problem, times=times), tolerance, self.start)
+        if outcome.solution is None:
+            return outcome, np.full((samples, len(self.start)), np.nan)
+        return outcome, (outcome.solution.states[0] - self.exact(times)) / self.sizes
 
 
 def _waves(trials: Trials, frequency: float) -> _Motion:
@@ -90,18 +90,18 @@ def _waves(trials: Trials, frequency: float) -> _Motion:
 def _usable(trials: Trials, solve: Callable[[float], Solved]) -> tuple[float, Solved]:
     """(tolerance, its outcome): the tight tolerance, or the loose one if it already takes many right-hand sides."""
     loose, tight = (min(trials.settings, key=lambda s: abs(math.log(s / wanted))) for wanted in (LOOSE, TIGHT))
-    found = solve(loose)
-    return (loose, found) if MOST_CALLS < _steps(found, 1) < math.inf else (tight, solve(tight))
+    outcome = solve(loose)
+    return (loose, outcome) if MOST_CALLS < _steps(outcome, 1) < math.inf else (tight, solve(tight))
 
 
 def _tolerance(trials: Trials) -> str | None:
     return "its setting is a step size" if trials.steps else None
 
 
-def _steps(found: Solved, calls: int = CALLS) -> float:
+def _steps(outcome: Solved, calls: int = CALLS) -> float:
     """The number of steps, or of right-hand sides over `calls`; infinite if nothing was counted."""
-    steps = None if found.solution is None else found.solution.steps
-    return steps or (found.calls or math.inf) / calls
+    steps = None if outcome.solution is None else outcome.solution.steps
+    return steps or (outcome.calls or math.inf) / calls
 
 
 def _resolve_wave(trials: Trials) -> tuple[float, _Motion | None]:
@@ -113,9 +113,9 @@ def _resolve_wave(trials: Trials) -> tuple[float, _Motion | None]:
     tolerance = TIGHT
     if takes_plain(trials) is None:
         first = _waves(trials, FIRST_FREQUENCY)
-        tolerance, found = _usable(trials, lambda tolerance: first.solved(trials, tolerance, 1)[0])
-        if found.solution is not None:
-            steps = _steps(found)
+        tolerance, outcome = _usable(trials, lambda tolerance: first.solved(trials, tolerance, 1)[0])
+        if outcome.solution is not None:
+            steps = _steps(outcome)
             frequency = FIRST_FREQUENCY * (WANTED / steps if math.isfinite(steps) else 1.0)
             return tolerance, _waves(trials, min(max(frequency, LEAST_FREQUENCY), MOST_FREQUENCY))
     if trials.case.hybrid is not None:
@@ -139,9 +139,9 @@ def _many_samples(trials: Trials) -> Finding:
     added = (many.calls or _steps(many)) - (few.calls or _steps(few))
     if trials.integrator.sampling != "dense output" and MANY - FEW <= added < math.inf:
         samples, (few, sparse) = 1, motion.solved(trials, tolerance, 1)
-    for found in (few, many):
-        if found.solution is None or found.solution.stopped:
-            why = found.reason if found.solution is None else found.solution.stopped
+    for outcome in (few, many):
+        if outcome.solution is None or outcome.solution.stopped:
+            why = outcome.reason if outcome.solution is None else outcome.solution.stopped
             return not_applicable(f"no solution at {trials.named(tolerance)}: {why}")
     before, error = (float(np.max(np.abs(errors))) for errors in (sparse, dense))
     if not before < LARGEST_ERROR:
@@ -215,11 +215,11 @@ def _solve_arranged(trials: Trials, arrangement: _Arrangement, tolerance: float)
         _separate(accelerations), len(start), parameters, np.array([END]), 1 / FREQUENCY,
         counted=trials.integrator.counts_rhs,
     )  # fmt: skip
-    found = trials.outcome(problem, tolerance, start)
-    if found.solution is None:
-        return found, math.nan, largest
-    errors = np.abs(found.solution.states[0, -1, :VARIABLES] - exact)
-    return found, float(np.max(errors[fast])), largest
+    outcome = trials.outcome(problem, tolerance, start)
+    if outcome.solution is None:
+        return outcome, math.nan, largest
+    errors = np.abs(outcome.solution.states[0, -1, :VARIABLES] - exact)
+    return outcome, float(np.max(errors[fast])), largest
 
 
 @claim("error_norm", lambda trials: _tolerance(trials) or takes_plain(trials), once=True)
@@ -232,14 +232,14 @@ def _error_norm(trials: Trials) -> Finding:
     for group in (ALONE, BESIDE, OPPOSITE):
         errors = []
         for arrangement in group:
-            found, error, largest = _solve_arranged(trials, arrangement, tolerance)
-            if found.solution is None or found.solution.stopped:
-                why = found.reason if found.solution is None else found.solution.stopped
+            outcome, error, largest = _solve_arranged(trials, arrangement, tolerance)
+            if outcome.solution is None or outcome.solution.stopped:
+                why = outcome.reason if outcome.solution is None else outcome.solution.stopped
                 return not_applicable(f"no solution with {arrangement} at {trials.named(tolerance)}: {why}")
-            steps = _steps(found, 1)
+            steps = _steps(outcome, 1)
             if math.isinf(steps) and group != BESIDE and not error < LARGEST_ERROR:
                 return not_applicable(f"no error below {LARGEST_ERROR:g}, and no number of steps that would bound it")
-            allowed = steps * math.sqrt(found.solution.states.shape[2]) * tolerance * largest * GROWTH
+            allowed = steps * math.sqrt(outcome.solution.states.shape[2]) * tolerance * largest * GROWTH
             if not error <= allowed:
                 expected = f"an error below {allowed:.2g}, with {arrangement}"
                 return fail_claim(trials.named(tolerance), expected, f"{error:.2g} with {steps:.0f} steps at most")

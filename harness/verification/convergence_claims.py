@@ -109,8 +109,7 @@ def _first_part(trials: Trials) -> int:
 def distance_covered(trials: Trials, halvings: int) -> float:
     """The largest distance of the exact motion from its start, in the metric; 1, its size, for a motion that rests."""
     exact = trials.exact(halvings)
-    covered = float(np.max(trials.distance(exact, np.broadcast_to(trials.start, exact.shape))))
-    return covered or 1.0
+    return float(np.max(trials.distance(exact, np.broadcast_to(trials.start, exact.shape)))) or 1.0
 
 
 def _largest_error(trials: Trials, halvings: int, finest: float) -> float:
@@ -192,14 +191,14 @@ def _step_order(trials: Trials) -> Finding:
     """
     power = trials.order + isinstance(trials.integrator, Stepped)
     points = [(h, answer.error, answer.roundoff) for h, answer in trials.single_steps()]
-    found = slope_of(points, power, "errors of a step")
-    if found.outcome != Outcome.PASSED:
-        return found
+    finding = slope_of(points, power, "errors of a step")
+    if finding.outcome != Outcome.PASSED:
+        return finding
     h = float(trials.problem(TINY).interval)
     tiny = trials.short(TINY, h)
     allowed = on_line(in_range(points), power, h, tiny.roundoff)
     if tiny.declined or tiny.error <= allowed:
-        return found
+        return finding
     return fail_claim(f"h = {h:.3g}", f"errors of a step below {allowed:.2g}", f"{tiny.error:.2g}")
 
 

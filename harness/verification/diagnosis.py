@@ -78,7 +78,7 @@ class Failures:
         return {claim for claim, _ in self.failed}
 
     def slopes(self) -> list[float]:
-        return [float(found[1]) for text in self.got if (found := re.match(r"h\^(-?[0-9.]+)", text))]
+        return [float(match[1]) for text in self.got if (match := re.match(r"h\^(-?[0-9.]+)", text))]
 
     def right_below(self, component: int) -> bool:
         """Whether claims about accuracy pass, and never fail, on the cases with fewer coordinates than `component`."""
@@ -108,23 +108,23 @@ def digest(trials: Trials) -> Facts:
 def facts(trials: Trials) -> Facts:
     """Facts about an integrator from a few solutions on one case."""
     setting, other = trials.usual(), trials.reference.exact[8]
-    found: Facts = {}
+    facts: Facts = {}
     try:
-        given = other[None].copy()
+        start = other[None].copy()
         with trials.prepared(trials.problem(), trials.settings[0]) as solver:
-            solver.given(given)
-        found["changed_start"] = not np.array_equal(given[0], other)
-        found["bits"] = _bits(_states(trials, setting))
-        found["several"] = trials.case.hybrid is None and _is_mixed(trials, setting)
+            solver.given(start)
+        facts["changed_start"] = not np.array_equal(start[0], other)
+        facts["bits"] = _bits(_states(trials, setting))
+        facts["several"] = trials.case.hybrid is None and _is_mixed(trials, setting)
         answers = [each for each in trials.answers() if each.states is not None and math.isfinite(each.error)]
-        found["bits_again"] = _bits(_states(trials, setting))
+        facts["bits_again"] = _bits(_states(trials, setting))
     except Exception:  # the user's code may raise anything
-        return found | {"raises": True}
+        return facts | {"raises": True}
     if not answers:
-        return found | {"answers": False}
+        return facts | {"answers": False}
     best, states = answers[-1], np.asarray(answers[-1].states)
     exact, rests = trials.reference.exact, _has_few_digits(trials.reference.exact)
-    found |= {
+    facts |= {
         "points": [(each.setting, each.error, each.roundoff, each.work or 0) for each in answers],
         "still": bool(np.all(states == states[0]) and not np.all(exact == exact[0])),
         "single": not rests and bool(np.array_equal(states, round_to_single(states))),
@@ -136,7 +136,7 @@ def facts(trials: Trials) -> Facts:
         "left": _explain_departure(trials, answers[0]),
         "bumps": not trials.steps and is_dense(trials) and _has_bumps(trials),
     }
-    return found | probe(trials) | (_steps(trials) if trials.steps and trials.case.hybrid is None else {})
+    return facts | probe(trials) | (_steps(trials) if trials.steps and trials.case.hybrid is None else {})
 
 
 def at_rest(t: Any, state: Values, parameters: Values) -> Values:
@@ -161,8 +161,8 @@ def probe(trials: Trials) -> Facts:
     def solve(equations: Callable[[Any, Values, Values], Values], step: float, *parameters: float) -> Floats:
         problem = Problem(FirstOrder(equations), 2, np.array(parameters), np.array([step]), 1.0)
         setting = step if trials.steps else trials.usual()
-        found: Floats = trials.solutions(problem, setting, [np.array([1.0, 0.5])])[0][-1]
-        return found
+        states: Floats = trials.solutions(problem, setting, [np.array([1.0, 0.5])])[0][-1]
+        return states
 
     def assumes_velocities() -> bool:
         return bool(abs(solve(at_rest, 0.25)[0] - 1.125) < 1e-12)
@@ -185,11 +185,11 @@ def probe(trials: Trials) -> Facts:
         probes["right_at_end"] = partial(is_right_at_end, trials)
         if trials.integrator.compensated:
             probes["compensates_to_end"] = lambda: compensates(trials, end=True).outcome == Outcome.PASSED
-    found: Facts = {}
+    facts: Facts = {}
     for name, probe in probes.items():
         with contextlib.suppress(Exception):  # the user's code may raise anything
-            found[name] = probe()
-    return found
+            facts[name] = probe()
+    return facts
 
 
 def _rotate(t: float) -> Floats:
@@ -225,13 +225,8 @@ def _causes(trials: Trials, answer: Answer) -> list[str]:
     """The causes of the errors of an answer, each as `id: sentence`."""
     moves = {"h": answer.setting, "h / 2": answer.setting / 2} if trials.steps else {}
     has_own = isinstance(trials.form, SceneForm) or isinstance(trials.integrator, ProgramIntegrator | FmuIntegrator)
-    found = causes(trials.case, trials.reference.times, np.asarray(answer.states), moves, has_own)
-    return [f"{each.kind}: {each}" for each in found]
-
-
-def _is_halved(trials: Trials) -> bool:
-    """Whether a state consists of positions, then velocities."""
-    return trials.case.second_order is not None or isinstance(trials.form, Charged | Constrained)
+    likely = causes(trials.case, trials.reference.times, np.asarray(answer.states), moves, has_own)
+    return [f"{each.kind}: {each}" for each in likely]
 
 
 def _is_late(trials: Trials, answer: Answer) -> bool:
@@ -251,10 +246,10 @@ def _is_late(trials: Trials, answer: Answer) -> bool:
 
 def _explain_departure(trials: Trials, answer: Answer) -> str | None:
     """The violation, in words, of a rotation or constraint that the method declares to keep; None if it is kept."""
-    states, form, kept = np.asarray(answer.states), trials.form, trials.integrator.conserves
-    if isinstance(form, RigidBody) and "attitude" in kept and from_rotations(states) > LEFT:
+    states, form, conserved = np.asarray(answer.states), trials.form, trials.integrator.conserves
+    if isinstance(form, RigidBody) and "attitude" in conserved and from_rotations(states) > LEFT:
         return "its attitudes are not rotations"
-    if isinstance(form, Constrained) and "constraint" in kept and from_constraint(trials, states)[1] > LEFT:
+    if isinstance(form, Constrained) and "constraint" in conserved and from_constraint(trials, states)[1] > LEFT:
         return "its velocities are not tangent to the constraint"
     return None
 
@@ -282,19 +277,19 @@ def _steps(trials: Trials) -> Facts:
         first = np.abs(np.asarray(answer.states)[0] - trials.exact(halvings)[0])
         points.append((h, answer.error, answer.roundoff))
         parts.append(first)
-    found: Facts = {"single_steps": points}
+    facts: Facts = {"single_steps": points}
     order = trials.integrator.order
     if order is None or len(points) < 3:
-        return found
+        return facts
     coarse, fine = parts[len(parts) // 2 - 1], parts[len(parts) // 2]
     ratio = points[len(parts) // 2 - 1][0] / points[len(parts) // 2][0]
     with np.errstate(all="ignore"):
         powers = np.log(coarse / fine) / math.log(ratio)
     low = np.nonzero((powers < order) & (coarse > 1e-14 * np.max(np.abs(trials.start))))[0]
-    if _is_halved(trials):
+    if trials.case.second_order is not None or isinstance(trials.form, Charged | Constrained):  # positions, velocities
         low = np.unique(low % coordinates(trials.case))
-    found["first_wrong"] = int(low[0]) + 1 if len(low) and low[0] >= 2 else None
-    return found
+    facts["first_wrong"] = int(low[0]) + 1 if len(low) and low[0] >= 2 else None
+    return facts
 
 
 def coordinates(case: Case) -> int:
@@ -302,10 +297,10 @@ def coordinates(case: Case) -> int:
     return len(case.state) // (2 if case.second_order is not None else 1)
 
 
-def conclude(failures: Failures, found: Facts) -> str | None:
-    """The cause as `id: sentence`; None if unknown. `found`: the facts, the digest as `alone`, and the declarations."""
+def conclude(failures: Failures, facts: Facts) -> str | None:
+    """The cause as `id: sentence`; None if unknown. `facts`: the facts, the digest as `alone`, and the declarations."""
     for cause in (_of_calls, _of_samples, _of_cases, _of_control, _of_order):
-        text = cause(failures, failures.claims, found)
+        text = cause(failures, failures.claims, facts)
         if text is not None:
             return text
     return None
@@ -321,43 +316,43 @@ def of_no_answer(where: str, why: str) -> str:
     return f"hang: {where} has {why}: steps that collapse, or a loop without an end"
 
 
-def _of_calls(failures: Failures, claims: set[str], found: Facts) -> str | None:
-    bits = found.get("bits")
-    if found.get("assumes_velocities"):
+def _of_calls(failures: Failures, claims: set[str], facts: Facts) -> str | None:
+    bits = facts.get("bits")
+    if facts.get("assumes_velocities"):
         return (
             "form: it assumes q' = v: it moves the first half of the state by the second half, where f is 0; take both"
             " halves of f, or declare accelerations=True for forces f(t, q)"
         )
-    if found.get("changed_start") or "start_kept" in claims:
+    if facts.get("changed_start") or "start_kept" in claims:
         return "input: it changes the start that it is given"
-    if bits is not None and bits != found.get("bits_again", bits):
+    if bits is not None and bits != facts.get("bits_again", bits):
         again = "the same call has another solution the second time"
         return f"{HISTORY}{again}: something is kept from call to call, or random"
-    alone = bits and found["alone"].get("bits", bits)
+    alone = bits and facts["alone"].get("bits", bits)
     if {"history", "repeatable"} & claims or claims == {"other_problems"} or alone != bits:
         return HISTORY + "its solutions depend on earlier calls: something is kept between runs"
     if "aliasing" in claims:
         return "aliasing: states that it returned change with the next call: a buffer is used again"
-    if found.get("several") or ("ensemble" in claims and not claims & ACCURACY):
+    if facts.get("several") or ("ensemble" in claims and not claims & ACCURACY):
         return "ensemble: of several starts in one call it solves one otherwise than alone"
     if claims and claims <= {"bad_start", "bad_setting", "blow_up"}:
         return "finite: it gives finite states where there is no solution: it replaces nan, or does not look for it"
-    if found.get("raises") or found.get("answers") is False:
+    if facts.get("raises") or facts.get("answers") is False:
         return "no answer: it raises, or has no finite states at any setting"
     return None
 
 
-def _of_samples(failures: Failures, claims: set[str], found: Facts) -> str | None:
-    if found.get("still"):
+def _of_samples(failures: Failures, claims: set[str], facts: Facts) -> str | None:
+    if facts.get("still"):
         return "still: all samples are equal, where the exact motion moves"
-    if found.get("single"):
+    if facts.get("single"):
         return "precision: every state is a number of single precision"
-    if found.get("digits"):
-        return f"precision: every state has {found['digits']} decimal digits: digits that were printed"
-    if found.get("start"):
-        return f"convention: {found['start']}"
-    return next((text for text in found.get("causes", ()) if not _is_of_equations(text)), None) or _of_bits(
-        failures, claims, found
+    if facts.get("digits"):
+        return f"precision: every state has {facts['digits']} decimal digits: digits that were printed"
+    if facts.get("start"):
+        return f"convention: {facts['start']}"
+    return next((text for text in facts.get("causes", ()) if not _is_of_equations(text)), None) or _of_bits(
+        failures, claims, facts
     )
 
 
@@ -365,28 +360,28 @@ def _is_of_equations(text: str) -> bool:
     return text.partition(": ")[0] in OF_EQUATIONS
 
 
-def _of_bits(failures: Failures, claims: set[str], found: Facts) -> str | None:
-    if found.get("late"):
+def _of_bits(failures: Failures, claims: set[str], facts: Facts) -> str | None:
+    if facts.get("late"):
         return "late: its states fit the exact motion at later times: a step goes beyond a sample, or is counted short"
-    if (text := _of_iterations(failures, claims, found)) is not None:
+    if (text := _of_iterations(failures, claims, facts)) is not None:
         return text
-    if (floor := _floor(found)) is not None:
+    if (floor := _floor(facts)) is not None:
         return (
             f"precision: its error stays near {floor:.0e} however fine the setting: single precision, printed digits,"
             " a coefficient with few digits, or an iteration that stops early"
         )
-    if found.get("left"):
-        return f"left: {found['left']}: a projection, or a normalisation, is missing or wrong"
+    if facts.get("left"):
+        return f"left: {facts['left']}: a projection, or a normalisation, is missing or wrong"
     return None
 
 
-def _of_iterations(failures: Failures, claims: set[str], found: Facts) -> str | None:
+def _of_iterations(failures: Failures, claims: set[str], facts: Facts) -> str | None:
     """The cause of an implicit method that is correct only on linear equations, where Newton's method needs one iteration."""
     autonomous = {name for name, case in failures.cases.items() if case.autonomous}
     of_formula = {claim for claim, case in failures.failed if case in autonomous and claim in ACCURACY | STRUCTURE}
-    if not (found.get("implicit") and found.get("linear") and of_formula):
+    if not (facts.get("implicit") and facts.get("linear") and of_formula):
         return None
-    floor, order, powers = _floor(found), found["order"], failures.slopes() or _slopes(found)
+    floor, order, powers = _floor(facts), facts["order"], failures.slopes() or _slopes(facts)
     if floor is not None:
         shown = f": its error stays near {floor:.0e}"
     else:
@@ -397,17 +392,17 @@ def _of_iterations(failures: Failures, claims: set[str], found: Facts) -> str | 
     )
 
 
-def _floor(found: Facts) -> float | None:
+def _floor(facts: Facts) -> float | None:
     """An error in the range of single precision that finer settings, or shorter spans, do not reduce."""
-    points = [error for _, error, roundoff, _ in found.get("points", []) if error > 20 * roundoff]
-    single = [error for _, error, _ in found.get("single_steps", [])]
+    points = [error for _, error, roundoff, _ in facts.get("points", []) if error > 20 * roundoff]
+    single = [error for _, error, _ in facts.get("single_steps", [])]
     for tail in (*(single[k : k + 4] for k in range(len(single) - 3)), points[-3:]):
         if len(tail) >= 3 and SINGLE[0] < min(tail) <= max(tail) < SINGLE[1] and tail[0] < FLOOR * tail[-1]:
             return float(tail[-1])
     return None
 
 
-def _of_cases(failures: Failures, claims: set[str], found: Facts) -> str | None:
+def _of_cases(failures: Failures, claims: set[str], facts: Facts) -> str | None:
     """A cause that follows from the common property of the failing cases and claims."""
     hybrid = {name for name, case in failures.cases.items() if case.hybrid is not None}
     if claims & {"events", "event_order"} and all(case in hybrid for _, case in failures.failed):
@@ -417,14 +412,14 @@ def _of_cases(failures: Failures, claims: set[str], found: Facts) -> str | None:
     if claims == {"clock"}:
         return "time: it is wrong only where the start is not at t = 0: the equations get the time since the start"
     if claims == {"compensated"}:
-        when = "at each sample" if found.get("compensates_to_end") else "in each step, or have the wrong sign"
+        when = "at each sample" if facts.get("compensates_to_end") else "in each step, or have the wrong sign"
         return f"compensation: the rounding residuals of its sums are lost {when}: the second number is reset"
-    if claims == {"quadrature"} and not found["steps"] and found.get("right_at_end"):
+    if claims == {"quadrature"} and not facts["steps"] and facts.get("right_at_end"):
         return (
             "dense: the ends of its steps are right, samples between them are not: its interpolant has a lower order than"
             " its steps; declare that order as dense_order"
         )
-    if claims == {"quadrature"} and found.get("may_take_differences"):
+    if claims == {"quadrature"} and facts.get("may_take_differences"):
         return (
             'quadrature: it differentiates f by differences, and must declare jacobian="differences"; or a weight or a time'
             " of its stages is wrong in a late digit"
@@ -433,8 +428,8 @@ def _of_cases(failures: Failures, claims: set[str], found: Facts) -> str | None:
         return "quadrature: a weight or a time of its stages is wrong, by little if it is a weight: only forces of time show it"
     if failures.only_with_time():
         return "time: it is wrong only where the equations have the time in them: the time of a stage, or of a step"
-    first = found.get("first_wrong")
-    if claims == {"more_variables"} and found.get("implicit"):
+    first = facts.get("first_wrong")
+    if claims == {"more_variables"} and facts.get("implicit"):
         return (
             "iteration: equations solved together have another solution than alone: its iteration stops at a loose tolerance,"
             " which all variables share"
@@ -449,12 +444,12 @@ def _of_cases(failures: Failures, claims: set[str], found: Facts) -> str | None:
         return "sign: it treats positive and negative numbers differently"
     if "units" in claims and claims <= {"units", "rounded_times", "quadrature"}:
         return "absolute: a number inside it has a unit: a length, a time or a bound that belongs to no problem"
-    return next(filter(_is_of_equations, found.get("causes", ())), None)
+    return next(filter(_is_of_equations, facts.get("causes", ())), None)
 
 
-def _of_control(failures: Failures, claims: set[str], found: Facts) -> str | None:
-    points = found.get("points", [])
-    if found["steps"]:
+def _of_control(failures: Failures, claims: set[str], facts: Facts) -> str | None:
+    points = facts.get("points", [])
+    if facts["steps"]:
         return None
     if "error_norm" in claims and claims <= {"error_norm", *CONTROL, *ACCURACY}:
         return (
@@ -466,7 +461,7 @@ def _of_control(failures: Failures, claims: set[str], found: Facts) -> str | Non
             "samples: with many samples a step it is worse: a slope is kept after a sample, or a sample within a step has"
             " another time or polynomial"
         )
-    if "dense" in claims and found.get("bumps"):
+    if "dense" in claims and facts.get("bumps"):
         return "dense: samples between steps are worse than the ends of steps: the interpolation is wrong"
     if len(points) > 2 and points[0][3] and points[-1][3] <= 1.05 * points[0][3]:
         return (
@@ -484,44 +479,42 @@ def _is_flat(points: Sequence[Sequence[float]]) -> bool:
     return len(tail) == 2 and tail[1][1] > 20 * tail[1][2] and tail[0][1] < FLAT * tail[1][1]
 
 
-def _of_order(failures: Failures, claims: set[str], found: Facts) -> str | None:
-    order = found["order"]
+def _of_order(failures: Failures, claims: set[str], facts: Facts) -> str | None:
+    order = facts["order"]
     if claims and claims <= STRUCTURE:
-        kept = ", ".join(sorted(claims))
-        return f"structure: its order is right, but not {kept}, which it declares: a step without symmetry, or few iterations"
-    if found.get("model") and found["steps"] and _is_inconsistent(failures, found):
+        names = ", ".join(sorted(claims))
+        return f"structure: its order is right, but not {names}, which it declares: a step without symmetry, or few iterations"
+    if facts.get("model") and facts["steps"] and _is_inconsistent(failures, facts):
         return (
             "equations: shorter steps do not lead to the motion of the case: a parameter, the start or a term of its equations"
             " differs, or its formula is not consistent"
         )
-    if order is None:
-        return None
-    return _lower(failures.slopes() or _slopes(found), order)
+    return None if order is None else _lower(failures.slopes() or _slopes(facts), order)
 
 
-def _slopes(found: Facts) -> list[float]:
+def _slopes(facts: Facts) -> list[float]:
     """The power of the step with which errors fall, over single steps or else over the whole span; empty if unknown."""
-    points = found.get("points", [])
-    single = [point for point in found.get("single_steps", []) if point[1] > 20 * point[2]]
+    points = facts.get("points", [])
+    single = [point for point in facts.get("single_steps", []) if point[1] > 20 * point[2]]
     if len(single) >= 2:
         (h0, e0, _), (h1, e1, _) = single[-2:]
-        return [math.log(e0 / e1) / math.log(h0 / h1) - found["stepped"]]
+        return [math.log(e0 / e1) / math.log(h0 / h1) - facts["stepped"]]
     if _is_flat(points):
         return [0.0]
-    used = [(s if found["steps"] else 1 / w, e) for s, e, r, w in points if w and 20 * r < e < LARGEST_ERROR]
+    used = [(s if facts["steps"] else 1 / w, e) for s, e, r, w in points if w and 20 * r < e < LARGEST_ERROR]
     if len(used) < 2:
         return []
-    (h0, e0), (h1, e1) = used[-2 if found["steps"] else 0], used[-1]
+    (h0, e0), (h1, e1) = used[-2 if facts["steps"] else 0], used[-1]
     return [math.log(e0 / e1) / math.log(h0 / h1) if h0 > h1 else 0.0]
 
 
-def _is_inconsistent(failures: Failures, found: Facts) -> bool:
+def _is_inconsistent(failures: Failures, facts: Facts) -> bool:
     """Whether the order is 0: errors over a span do not fall with the step, errors of a step fall in proportion to it."""
     powers = failures.slopes()
     if powers:
         return min(powers) < 0.5
-    single = _slopes(found) if found.get("single_steps") else []
-    return bool(single) and min(single) + found["stepped"] < 1.5
+    single = _slopes(facts) if facts.get("single_steps") else []
+    return bool(single) and min(single) + facts["stepped"] < 1.5
 
 
 def _lower(powers: Sequence[float], order: int) -> str | None:

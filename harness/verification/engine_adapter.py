@@ -74,13 +74,13 @@ class EngineIntegrator(Integrator):
         def follow(start: Floats, rows: Floats) -> tuple[int, None]:
             scene = form.build(tuple(map(float, start)), parameters)
             engine.load(scene)
-            done = 0
+            steps = 0
             for row, count in zip(rows, counts, strict=True):
-                for _ in range(count - done):
+                for _ in range(count - steps):
                     engine.step(setting)
-                done = count
+                steps = count
                 row[:] = form.observe(check_readings(engine.read(), scene), parameters)
-            return done, None
+            return steps, None
 
         return Solver(each_start(problem, follow))
 
@@ -149,9 +149,9 @@ def from_engine(
         "sweep": {"coarsest": coarsest, "halvings": halvings},
         "bits": bits,
     }
-    made = EngineIntegrator(engine, (module, qualified), declared)
-    declaration.validate(made, f"{module}:{qualified}")
-    return made
+    integrator = EngineIntegrator(engine, (module, qualified), declared)
+    declaration.validate(integrator, f"{module}:{qualified}")
+    return integrator
 
 
 def check_readings(readings: Any, scene: Scene) -> Readings:

@@ -71,7 +71,7 @@ def preflight_rows(
         progress(row)
 
     run([PreflightJob(integrator, parts[k::workers], add, CLAIM_SECONDS[depth]) for k in range(workers)], workers, ends)
-    return [row for found in rows.values() for row in found]
+    return [row for part_rows in rows.values() for row in part_rows]
 
 
 def _cases(names: Sequence[selection.CaseLike] | None, depth: str) -> Sequence[Case]:
@@ -104,8 +104,8 @@ class PreflightJob(Job):
 
     def receive(self, message: Any) -> None:
         part = self.parts.pop(0)
-        for found in message:
-            row = preflight.Row(**found)
+        for values in message:
+            row = preflight.Row(**values)
             self.add(part, Row(row.name, row.scene, finding(row)))
 
     def lose(self, why: str, late: bool = False) -> None:
@@ -115,9 +115,9 @@ class PreflightJob(Job):
         while self.parts:
             self._answer(not_checked(OVER))
 
-    def _answer(self, found: Finding) -> None:
+    def _answer(self, finding: Finding) -> None:
         part = self.parts.pop(0)
-        self.add(part, Row(part[0], part[1].id if part[1] is not None else "all_scenes", found))
+        self.add(part, Row(part[0], part[1].id if part[1] is not None else "all_scenes", finding))
 
 
 def finding(row: preflight.Row) -> Finding:

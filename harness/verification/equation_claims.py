@@ -136,15 +136,11 @@ def _blow_up(trials: Trials) -> Finding:
         last = _last(trials, acceleration, rate)
         if math.isfinite(last):
             return fail_claim(
-                _name_variables(trials),
+                trials.named(END / SAMPLES / STEPS if trials.steps else trials.usual()),
                 f"no finite state at t = {END:g}: {what} before t = {0.75 * END:g} from q = 1, q' = {rate:.3g}",
                 f"q = {last:.3g}",
             )
     return pass_claim()
-
-
-def _name_variables(trials: Trials) -> str:
-    return trials.named(END / SAMPLES / STEPS if trials.steps else trials.usual())
 
 
 def _last(trials: Trials, acceleration: Callable[[Any, Values, Values], Values], rate: float) -> float:
@@ -185,14 +181,14 @@ def _other_problems(trials: Trials) -> Finding:
             other = _at_rest(trials, t0) if plain else trials.problem(1)
             with trials.prepared(other, setting) as second:
                 again = solver(trials.start[None]).states[0]
-                found = same_bits(trials, alone, again, "one start before and after another problem is prepared")
-                if found.outcome != Outcome.PASSED:
-                    return found
+                finding = same_bits(trials, alone, again, "one start before and after another problem is prepared")
+                if finding.outcome != Outcome.PASSED:
+                    return finding
                 solution = second((start if plain else trials.start)[None])
             if plain:
-                found = _check_rest(trials, other, start, solution)
-                if found.outcome != Outcome.PASSED:
-                    return found
+                finding = _check_rest(trials, other, start, solution)
+                if finding.outcome != Outcome.PASSED:
+                    return finding
         again = solver(trials.start[None]).states[0]
     return same_bits(trials, alone, again, "one start before and after another problem")
 
@@ -255,9 +251,9 @@ def _more_variables(trials: Trials) -> Finding:
 
 def _after_resting(form: FirstOrder | SecondOrder) -> tuple[Form, bool]:
     """The equations, with variables at rest before their own, and whether they are accelerations."""
-    given = form.source if isinstance(form, FirstOrder) and isinstance(form.source, SecondOrder) else form
-    second = isinstance(given, SecondOrder)
-    function = given.acceleration if isinstance(given, SecondOrder) else given.equations
+    source = form.source if isinstance(form, FirstOrder) and isinstance(form.source, SecondOrder) else form
+    second = isinstance(source, SecondOrder)
+    function = source.acceleration if isinstance(source, SecondOrder) else source.equations
     after = calling(function, f"t, state[{RESTING}:], parameters", "after_resting", _zeros(RESTING))
     more = SecondOrder(after) if second else FirstOrder(after)
     return more if isinstance(form, SecondOrder) else first_order(more) or more, second
@@ -370,7 +366,7 @@ def _is_engine(trials: Trials) -> str | None:
 
 @claim("scene", _is_engine, once=True)
 def _scenes(trials: Trials) -> Finding:
-    found = not_applicable("it takes neither forces of position nor forces of time")
+    overall = not_applicable("it takes neither forces of position nor forces of time")
     for token, what in (("position_force", "springs"), ("time_force", "forces of time")):
         if trials.integrator.unsupported(_scene(token)) is not None:
             continue
@@ -381,15 +377,15 @@ def _scenes(trials: Trials) -> Finding:
         finding = slope_of(points, trials.order, f"errors of a body under {what}")
         if finding.outcome == Outcome.FAILED:
             return finding
-        if found.outcome != Outcome.PASSED:
-            found = finding
-    return found
+        if overall.outcome != Outcome.PASSED:
+            overall = finding
+    return overall
 
 
 def _points(trials: Trials, token: str) -> list[Point]:
     times = np.arange(1, SWINGS + 1) / SWINGS
     exact = np.array([_exact(token, t) for t in times])
-    found: list[Point] = []
+    points: list[Point] = []
     for steps in COUNTS.tolist():
         problem = Problem(_scene(token), STARTS.shape[1], np.zeros(0), times, 1.0)
         try:
@@ -398,7 +394,7 @@ def _points(trials: Trials, token: str) -> list[Point]:
             continue
         error = float(np.max(np.abs(states - exact)) / np.max(np.abs(exact)))
         roundoff = ADDED * HALF_ULP * steps
-        found.append((1 / steps, error, roundoff))
+        points.append((1 / steps, error, roundoff))
         if error < roundoff:
             break
-    return found
+    return points

@@ -90,9 +90,7 @@ def _few(trials: Trials) -> _Few | None:
 def _order_with_events(trials: Trials) -> str | None:
     if not trials.steps:
         return "its setting is a tolerance"
-    if trials.integrator.order is None:
-        return "it declares no order"
-    return _has_events(trials)
+    return "it declares no order" if trials.integrator.order is None else _has_events(trials)
 
 
 @claim("event_order", _order_with_events)
@@ -132,10 +130,10 @@ def _slope(trials: Trials, few: _Few, first: tuple[list[Point], list[Point]]) ->
 
     `first` has the points over the short span. Over other lengths events are at other places in their steps.
     """
-    order, found = trials.order, pass_claim()
+    order, finding = trials.order, pass_claim()
     lines = [[in_range(points)] for points in _select_conditioned(*first)]
     if not any(len(usable) >= FEWEST for (usable,) in lines):
-        return found
+        return finding
     for share in SHARES:
         for line, points in zip(lines, _select_conditioned(*_points_over(trials, few, share)), strict=True):
             line.append(in_range(points))
@@ -152,8 +150,8 @@ def _slope(trials: Trials, few: _Few, first: tuple[list[Point], list[Point]]) ->
             count = sum(map(len, logarithms))
             where = f"{count} solutions over {len(logarithms)} lengths, to 1/{2**few.halvings} of the span"
             return fail_claim(where, f"{what} proportional to h^{order}", f"h^{slope:.2f}, at most h^{largest:.2f}")
-        found = pass_claim(f"{slope:.2f}")
-    return found
+        finding = pass_claim(f"{slope:.2f}")
+    return finding
 
 
 def _select_conditioned(states: list[Point], times: list[Point]) -> tuple[list[Point], list[Point]]:
@@ -171,11 +169,11 @@ def _points_over(trials: Trials, few: _Few, share: float) -> tuple[list[Point], 
     They go from one step a sample down to round-off; there are no points if an event is close to the end.
     """
     whole = trials.problem(few.halvings)
-    found: tuple[list[Point], list[Point]] = ([], [])
+    points: tuple[list[Point], list[Point]] = ([], [])
     problem, span = replace(whole, times=whole.times * share), few.span * share
     events = [event for event in few.events if float(event.time) < span]
     if any(abs(float(event.time) - span) < CLEAR * span for event in few.events):
-        return found
+        return points
     exact, interval = trials.case.sample(problem.times), problem.interval
     for h in _step_sizes(trials, interval):
         solution = trials.outcome(problem, h, trials.start).solution
@@ -183,14 +181,14 @@ def _points_over(trials: Trials, few: _Few, share: float) -> tuple[list[Point], 
             continue
         error = float(np.max(trials.distance(solution.states[0], exact)))
         roundoff = trials.roundoff(solution.steps or round(span / h), few.halvings)
-        found[0].append((h, error, roundoff))
+        points[0].append((h, error, roundoff))
         if solution.events is not None:
             score = score_events(solution.events, events)
             if not (score.missing or score.extra):
-                found[1].append((h, score.time_error / span, roundoff))
+                points[1].append((h, score.time_error / span, roundoff))
         if error < roundoff:
             break
-    return found
+    return points
 
 
 def _answers(trials: Trials, halvings: int) -> Sequence[Answer]:

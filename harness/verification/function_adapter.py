@@ -21,15 +21,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 from gnomon.cases.core.forms import FirstOrder, SecondOrder
-from gnomon.harness.contract.integrator import (
-    Integrator,
-    Problem,
-    Refused,
-    Solver,
-    Steps,
-    Tolerance,
-    each_start,
-)
+from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solver, Steps, Tolerance, each_start
 from gnomon.harness.contract.validation import require_positive
 from gnomon.harness.contract.velocity_forces import VelocityForces, require_velocities
 from gnomon.harness.registry import declaration, lookup
@@ -261,19 +253,19 @@ class Stepped(FunctionAdapter):
             h = (end - time) / count
             for i in range(count):
                 y = call(time + i * h, y, h)
-            found = np.asarray(y)
-            if found.shape != (problem.dimension,):
-                raise ValueError(f"the step returned an array of shape {found.shape}, not {(problem.dimension,)}")
-            out[k], time, steps = found, end, steps + count
+            state = np.asarray(y)
+            if state.shape != (problem.dimension,):
+                raise ValueError(f"the step returned an array of shape {state.shape}, not {(problem.dimension,)}")
+            out[k], time, steps = state, end, steps + count
         return steps
 
 
 class _Solved(FunctionAdapter):
     def trajectory(self, call: Function, problem: Problem, setting: float, y: Floats, out: Floats) -> int | None:
-        found = np.asarray(call(problem.t0, y, problem.times.copy(), setting))
-        if found.shape != out.shape:
-            raise ValueError(f"the solver returned states of shape {found.shape}, not {out.shape}: one row a time")
-        out[:] = found
+        states = np.asarray(call(problem.t0, y, problem.times.copy(), setting))
+        if states.shape != out.shape:
+            raise ValueError(f"the solver returned states of shape {states.shape}, not {out.shape}: one row a time")
+        out[:] = states
         return None
 
 
@@ -307,10 +299,10 @@ def _adapt_named(module: str, attribute: str) -> Integrator | None:
         return None
     if count not in (STEP_ARGUMENTS, STEP_ARGUMENTS + 1):
         return None
-    made = (from_step if count == STEP_ARGUMENTS else from_solve)(function, name=attribute)
-    kind: Any = type(made)
+    integrator = (from_step if count == STEP_ARGUMENTS else from_solve)(function, name=attribute)
+    kind: Any = type(integrator)
     kind.__module__, kind.__reduce__ = module, lambda self: (_adapt_named, (module, attribute))
-    return made
+    return integrator
 
 
 def right_hand_side(problem: Problem) -> RightHandSide:
@@ -327,9 +319,8 @@ def uses_jax(function: Function) -> bool:
     """Whether JAX compiles a function, or it is Python in a module that has imported JAX or a library on it."""
     plain = inspect.unwrap(function)
     known = [function, plain, *getattr(plain, "__globals__", {}).values()]
-    roots = {
-        str(getattr(one, "__name__" if inspect.ismodule(one) else "__module__", "")).partition(".")[0] for one in known
-    }
+    names = (getattr(value, "__name__" if inspect.ismodule(value) else "__module__", "") for value in known)
+    roots = {str(name).partition(".")[0] for name in names}
     return "jax" in sys.modules and bool(roots & {"jax", "jaxlib", "diffrax", "equinox"})
 
 
@@ -354,6 +345,6 @@ def _make_adapter(
     attributes |= {"compiles": is_of_numba(function) or uses_jax(function)}
     module = sys._getframe(2).f_globals.get("__name__", "__main__")
     kind = type(base.__name__.strip("_"), (base,), attributes | {"__module__": module})
-    made: Integrator = kind()
-    declaration.validate(made, f"{module}: {attributes['name']!r}")
-    return made
+    integrator: Integrator = kind()
+    declaration.validate(integrator, f"{module}: {attributes['name']!r}")
+    return integrator

@@ -54,19 +54,19 @@ def install(requirement: str) -> Other:
     command += ["--quiet", "--no-deps", "--target", str(folder), wanted]
     shutil.rmtree(folder, ignore_errors=True)
     try:
-        done = subprocess.run(
+        process = subprocess.run(
             command, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=INSTALL_SECONDS, check=False
         )
     except subprocess.TimeoutExpired:
         raise ValueError(f"{shown}: not installed within {INSTALL_SECONDS:g} s") from None
-    found = list(metadata.distributions(path=[str(folder)]))
-    if done.returncode or len(found) != 1:
-        reason = visible(" ".join(done.stderr.split()))
+    installed = list(metadata.distributions(path=[str(folder)]))
+    if process.returncode or len(installed) != 1:
+        reason = visible(" ".join(process.stderr.split()))
         raise ValueError(f"{shown}: cannot be installed ({reason[:400] or 'no package'}); give another version")
-    ((name, version),) = [(one.name, one.version) for one in found]
+    name, version = installed[0].name, installed[0].version
     if re.sub(r"[-_.]+", "-", name).lower() == "gnomon":
         raise ValueError(f"{shown}: gnomon times both versions, so it cannot be one of them; name your own package")
-    files = [path.parts[0].partition(".")[0] for one in found for path in one.files or () if path.suffix != ""]
+    files = [path.parts[0].partition(".")[0] for path in installed[0].files or () if path.suffix != ""]
     modules = {first for first in files if first.isidentifier() and first not in ("__pycache__", "bin")}
     return Other(str(folder), name, version, tuple(sorted(modules)))
 

@@ -35,19 +35,19 @@ class ProgramIntegrator(Integrator):
 
     def __init__(self, command: Sequence[str], folder: str, described: str, seconds: float | None = None) -> None:
         self.command, self.folder, self.described, self.seconds = tuple(command), folder, described, seconds
-        found = protocol.description(described)
+        description = protocol.description(described)
         declared: dict[str, Any] = {
-            "name": found.name,
-            "order": found.order,
-            "sampling": found.sampling,
-            "sweep": found.sweep,
-            "counts_rhs": found.counts_rhs,
-            "conserves": found.conserves,
-            "jacobian": found.jacobian,
-            "accepts": tuple(protocol.FORMS[form] for form in found.forms),
+            "name": description.name,
+            "order": description.order,
+            "sampling": description.sampling,
+            "sweep": description.sweep,
+            "counts_rhs": description.counts_rhs,
+            "conserves": description.conserves,
+            "jacobian": description.jacobian,
+            "accepts": tuple(protocol.FORMS[form] for form in description.forms),
         }
         self.__dict__.update(declared)
-        self._version = found.version
+        self._version = description.version
 
     def versions(self) -> Mapping[str, Any]:
         """The version that the program declares, and a hash of the files that its command names."""
@@ -72,14 +72,14 @@ class ProgramIntegrator(Integrator):
             for k, start in enumerate(initial_states):
                 program, number = self._program(), next(numbers)
                 line = program.ask(protocol.problem_line(parts, number, start), self.seconds)
-                found = protocol.reply(line, number, shape)
+                reply = protocol.reply(line, number, shape)
                 if self.counts_rhs:
-                    if found.rhs_calls is None:
+                    if reply.rhs_calls is None:
                         raise Unusable("wrote no rhs_calls, which it declares to count")
-                    problem.buffer[-1] += found.rhs_calls
-                states[k], stopped = found.states, found.stopped or stopped
-                counted = counted and found.steps is not None
-                steps += found.steps or 0
+                    problem.buffer[-1] += reply.rhs_calls
+                states[k], stopped = reply.states, reply.stopped or stopped
+                counted = counted and reply.steps is not None
+                steps += reply.steps or 0
             return Solution(states, steps if counted else None, stopped)
 
         return Solver(solve)
@@ -139,13 +139,13 @@ def from_command(command: str | Sequence[str], seconds: float | None = None) -> 
         asked = ProgramProcess(words, os.getcwd())
         described = asked.describe(lambda: warnings.warn(_late(shown), stacklevel=2))
         asked.close()
-        made = ProgramIntegrator(words, os.getcwd(), described, seconds)
+        integrator = ProgramIntegrator(words, os.getcwd(), described, seconds)
     except TimeoutError as over:
         raise ValueError(f"--command {shown!r}: does not describe itself: {over}") from None
     except Unusable as error:
         raise ValueError(f"--command {shown!r}: asked to describe itself, {error}") from None
-    declaration.validate(made, f"--command {shown!r}")
-    return made
+    declaration.validate(integrator, f"--command {shown!r}")
+    return integrator
 
 
 def _late(shown: str) -> str:

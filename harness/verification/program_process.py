@@ -73,11 +73,7 @@ class ProgramProcess:
         return self.ask(protocol.describe_line(), DESCRIBE_SECONDS, 1.0, notice)
 
     def ask(
-        self,
-        line: str,
-        seconds: float | None = None,
-        asleep: float = ASLEEP,
-        notice: Callable[[], None] = lambda: None,
+        self, line: str, seconds: float | None = None, asleep: float = ASLEEP, notice: Callable[[], None] = lambda: None
     ) -> str:
         """Send a line to the program and return its answer, one line.
 

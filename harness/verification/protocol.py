@@ -62,10 +62,10 @@ def describe_line() -> str:
 
 def description(line: str) -> Description:
     """The description in a line. Raises Unusable for an invalid one."""
-    found = _object(line)
+    data = _object(line)
     check, wrong = _check_of_descriptions()
     try:
-        check(found)
+        check(data)
     except RecursionError:
         raise Unusable("wrote JSON that is nested too deeply") from None
     except wrong as error:
@@ -73,11 +73,11 @@ def description(line: str) -> Description:
             missing = next(name for name in error.rule_definition if name not in error.value)
             raise Unusable(f"wrote {short(error.value)}: {missing!r} is a required property") from None
         _wrong(error.name.removeprefix("data").lstrip("."), error.value, f"it is {error.definition['description']}")
-    sweep = found["sweep"]
+    sweep = data["sweep"]
     kind = SWEEPS[sweep["kind"]]
     known = {name: sweep[name] for name in kind.__dataclass_fields__ if name in sweep and name != "kind"}
-    declared: dict[str, Any] = {field.name: found[field.name] for field in fields(Description) if found.get(field.name)}
-    texts: dict[str, Any] = {name: tuple(found[name]) for name in ("forms", "conserves") if name in declared}
+    declared: dict[str, Any] = {field.name: data[field.name] for field in fields(Description) if data.get(field.name)}
+    texts: dict[str, Any] = {name: tuple(data[name]) for name in ("forms", "conserves") if name in declared}
     return Description(**declared | texts | {"sweep": kind(**known)})
 
 
@@ -124,36 +124,36 @@ def reply(line: str, number: int, shape: tuple[int, int]) -> Reply:
 
     Raises Refused or Unsupported if the program says so, and Unusable for an invalid reply.
     """
-    found = _object(line)
-    if found.get("number") != number or isinstance(found.get("number"), bool):
-        raise Unusable(f"replied to number {short(found.get('number'))} where {number} was asked")
-    status = found.get("status")
+    data = _object(line)
+    if data.get("number") != number or isinstance(data.get("number"), bool):
+        raise Unusable(f"replied to number {short(data.get('number'))} where {number} was asked")
+    status = data.get("status")
     if status == Status.REFUSED:
-        raise Refused(_text(found, "reason")[:TEXT])
+        raise Refused(_text(data, "reason")[:TEXT])
     if status == Status.UNSUPPORTED:
-        raise Unsupported(f"lacks {_text(found, 'lacks')[:TEXT]}")
+        raise Unsupported(f"lacks {_text(data, 'lacks')[:TEXT]}")
     if status not in (Status.OK, "stopped"):
         _wrong("status", status, "it is ok, stopped, refused or unsupported")
-    stopped = _text(found, "reason")[:TEXT] if status == "stopped" else None
-    states = _states(found.get("states"), shape, complete=stopped is None)
-    counts = {n: None if found.get(n) is None else count(found[n], n) for n in ("steps", "rhs_calls")}
+    stopped = _text(data, "reason")[:TEXT] if status == "stopped" else None
+    states = _states(data.get("states"), shape, complete=stopped is None)
+    counts = {n: None if data.get(n) is None else count(data[n], n) for n in ("steps", "rhs_calls")}
     return Reply(states, counts["steps"], counts["rhs_calls"], stopped)
 
 
-def _states(given: Any, shape: tuple[int, int], complete: bool) -> Floats:
+def _states(rows: Any, shape: tuple[int, int], complete: bool) -> Floats:
     """The states as an array of this shape; nan after an early end."""
     times, dimension = shape
-    if not isinstance(given, list):
-        _wrong("states", given, f"they are a list of {times} lists")
-    if len(given) > times or (complete and len(given) < times):
-        raise Unusable(f'wrote {len(given)} states for {times} times; one that ends early has the status "stopped"')
-    found = np.full(shape, np.nan)
-    for k, row in enumerate(given):
+    if not isinstance(rows, list):
+        _wrong("states", rows, f"they are a list of {times} lists")
+    if len(rows) > times or (complete and len(rows) < times):
+        raise Unusable(f'wrote {len(rows)} states for {times} times; one that ends early has the status "stopped"')
+    states = np.full(shape, np.nan)
+    for k, row in enumerate(rows):
         if not isinstance(row, list) or len(row) != dimension:
             _wrong(f"states[{k}]", row, f"it is a list of {dimension} numbers")
         for i, value in enumerate(row):
-            found[k, i] = value if type(value) is float else _number(value, f"states[{k}][{i}]")
-    return found
+            states[k, i] = value if type(value) is float else _number(value, f"states[{k}][{i}]")
+    return states
 
 
 def _number(value: Any, name: str) -> float:
@@ -213,13 +213,8 @@ def _wrong(key: str, value: Any, rule: str) -> NoReturn:
 
 def _name_by_number(problem: Problem) -> Names:
     """Coordinates y1, y2, ... and parameters p1, p2, ..."""
-    return Names(
-        "", *(_number_names(letter, n) for letter, n in (("y", problem.dimension), ("p", len(problem.parameters))))
-    )
-
-
-def _number_names(letter: str, most: int) -> tuple[str, ...]:
-    return tuple(f"{letter}{k}" for k in range(1, most + 1))
+    counts = {"y": problem.dimension, "p": len(problem.parameters)}
+    return Names("", *(tuple(f"{letter}{k}" for k in range(1, n + 1)) for letter, n in counts.items()))
 
 
 def _equations(form: Form | SceneForm, names: Names) -> dict[str, Sequence[str]] | None:

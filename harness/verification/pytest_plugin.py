@@ -38,8 +38,8 @@ def pytest_configure(config: pytest.Config) -> None:
 
 @pytest.hookimpl(tryfirst=True)  # before -k and -m select tests
 def pytest_collection_modifyitems(session: pytest.Session, config: pytest.Config, items: list[pytest.Item]) -> None:
-    for named, one, marks in config.stash[PLANNED]:
-        item = _Claim.from_parent(session, name=one.id, nodeid=f"gnomon::{named}::{one.id}", claim_test=one)
+    for named, test, marks in config.stash[PLANNED]:
+        item = _Claim.from_parent(session, name=test.id, nodeid=f"gnomon::{named}::{test.id}", claim_test=test)
         for mark in (pytest.mark.gnomon, *marks):
             item.add_marker(mark)
         items.append(item)
@@ -57,8 +57,8 @@ def _plan(config: pytest.Config, named: str) -> list[Planned]:
     try:
         integrator = lookup.find_one(named)
         known = {} if path is None else read_known(config.invocation_params.dir / path)
-        found = claim_tests(integrator, config.getoption("--gnomon-depth"), how=shlex.quote(named))
-        return [(named, one, one.marks(known)) for one in found]
+        tests = claim_tests(integrator, config.getoption("--gnomon-depth"), how=shlex.quote(named))
+        return [(named, test, test.marks(known)) for test in tests]
     except (OSError, ValueError) as error:
         raise pytest.UsageError(show(f"--gnomon {named}: {error}")) from None
 
@@ -83,8 +83,8 @@ class _Applied:
 class _Claim(pytest.Item):
     """One claim on one case."""
 
-    def __init__(self, *, claim_test: ClaimTest, **given: Any) -> None:
-        super().__init__(**given)
+    def __init__(self, *, claim_test: ClaimTest, **attributes: Any) -> None:
+        super().__init__(**attributes)
         self.claim_test = claim_test
 
     def runtest(self) -> None:

@@ -96,22 +96,22 @@ def _error(trials: Trials, setting: float, end: bool = False) -> tuple[float, fl
     """
     twice = FirstOrder not in trials.integrator.accepts
     powers = np.arange(1.0, CUBIC + 2)  # of t in the first components of the exact solution; one more for accelerations
-    kept = np.arange(CUBIC + 1) <= trials.order - 1 - twice
+    included = np.arange(CUBIC + 1) <= trials.order - 1 - twice
     samples = max(SAMPLES, math.ceil(1 / setting)) if trials.steps else SAMPLES
     times = np.arange(1, samples + 1)[-1 if end else 0 :] / samples
-    coefficients = np.where(kept, powers * (powers + 1) if twice else powers, 0.0)
+    coefficients = np.where(included, powers * (powers + 1) if twice else powers, 0.0)
     form = SecondOrder(force) if twice else FirstOrder(polynomial)
     counted = trials.integrator.counts_rhs
     problem = Problem(form, 4 if twice else 2, coefficients, times, 1.0, counted=counted)
-    found = trials.outcome(problem, setting, np.zeros(problem.dimension))
-    solution = found.solution
+    outcome = trials.outcome(problem, setting, np.zeros(problem.dimension))
+    solution = outcome.solution
     if solution is None:
-        return math.nan, math.nan, found.reason
-    place = sum(times ** (n + twice) for n in powers[kept])
-    slope = sum((n + 1) * times**n for n in powers[kept])
+        return math.nan, math.nan, outcome.reason
+    place = sum(times ** (n + twice) for n in powers[included])
+    slope = sum((n + 1) * times**n for n in powers[included])
     exact = np.stack([place, -place, slope, -slope][: problem.dimension], axis=1)
     apart = np.abs(solution.states[0] - exact)[-1 if trials.integrator.sampling == "dense output" else slice(None)]
     size = float(np.max(np.abs(exact)))
-    work = solution.steps or found.calls or samples
+    work = solution.steps or outcome.calls or samples
     allowed = 2 * HALF_ULP * ROUNDINGS * work + (ROOT_OF_ULP if trials.integrator.jacobian == "differences" else 0.0)
     return float(np.max(apart)) / size, allowed, solution.stopped

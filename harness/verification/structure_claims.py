@@ -56,15 +56,15 @@ def _symplectic(trials: Trials) -> Finding:
     sizes, n = trials.reference.sizes, len(trials.start)
     offsets = [DIFFERENCE, -DIFFERENCE, 2 * DIFFERENCE, -2 * DIFFERENCE]
     starts = [trials.start + offset * sizes * np.eye(n)[i] for i in range(n) for offset in offsets]
-    zero, one = np.zeros((n // 2, n // 2)), np.eye(n // 2)
-    form = np.block([[zero, one], [-one, zero]]) * np.outer(sizes, sizes)
+    zero, identity = np.zeros((n // 2, n // 2)), np.eye(n // 2)
+    form = np.block([[zero, identity], [-identity, zero]]) * np.outer(sizes, sizes)
 
     def defect(halvings: int, problem: Problem) -> _Defect:
         ends = np.array([states[STEPS - 1] for states in trials.solutions(problem, problem.interval, starts)])
         near, nears, far, fars = np.moveaxis(ends.reshape(n, len(offsets), n), 1, 0)
         jacobian = ((8 * (near - nears) - (far - fars)) / (12 * DIFFERENCE * sizes)).T
-        found = float(np.max(np.abs(jacobian.T @ form @ jacobian - form)) / np.max(np.abs(form)))
-        return _Defect(problem.interval, halvings, found, SYMPLECTIC)
+        departure = float(np.max(np.abs(jacobian.T @ form @ jacobian - form)) / np.max(np.abs(form)))
+        return _Defect(problem.interval, halvings, departure, SYMPLECTIC)
 
     return _at_the_longest(trials, (defect(*coarse) for coarse in _coarse(trials)), "J^T W J = W")
 
@@ -213,7 +213,7 @@ class _Defect:
 
     setting: float
     halvings: int
-    found: float
+    departure: float
     allowed: float
 
 
@@ -226,13 +226,13 @@ def _at_the_longest(trials: Trials, defects: Iterator[_Defect], what: str) -> Fi
     first = before = next(defects, None)
     if first is None or before is None:
         return not_applicable(f"no solution with finite states at its {DECLINED} longest steps")
-    if first.found <= first.allowed:
-        return pass_claim(f"{first.found:.2g}")
+    if first.departure <= first.allowed:
+        return pass_claim(f"{first.departure:.2g}")
     for half in defects:
-        if half.found <= half.allowed:
-            if not before.found <= half.found * 2.0 ** (2 * (trials.integrator.order or HIGH) + 2):
-                return pass_claim(f"{half.found:.2g} at h = {half.setting:.6g}")
+        if half.departure <= half.allowed:
+            if not before.departure <= half.departure * 2.0 ** (2 * (trials.integrator.order or HIGH) + 2):
+                return pass_claim(f"{half.departure:.2g} at h = {half.setting:.6g}")
             break
         before = half
     part = f" over 1/{2**first.halvings} of the span" if first.halvings else ""
-    return fail_claim(f"h = {first.setting:.6g}{part}", f"{what} to {first.allowed:.2g}", f"{first.found:.2g}")
+    return fail_claim(f"h = {first.setting:.6g}{part}", f"{what} to {first.allowed:.2g}", f"{first.departure:.2g}")

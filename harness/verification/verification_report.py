@@ -36,7 +36,7 @@ def read_known(path: Path) -> dict[tuple[str, str], str]:
 
     Raises ValueError for an unknown claim, a line without a reason, a duplicate line, and a file that is not text.
     """
-    found: dict[tuple[str, str], str] = {}
+    known: dict[tuple[str, str], str] = {}
     for number, line in enumerate(read_text(path).splitlines(), 1):
         words = line.split(maxsplit=2)
         if not words or words[0].startswith("#"):
@@ -46,10 +46,10 @@ def read_known(path: Path) -> dict[tuple[str, str], str]:
         claim, case, reason = words
         if claim not in TEXTS:
             raise ValueError(f"{path}:{number}: no claim is called {shortened(claim)}; {nearest(claim, TEXTS)}")
-        if (claim, case) in found:
+        if (claim, case) in known:
             raise ValueError(f"{path}:{number}: {claim} {case} is listed twice; list it once")
-        found[claim, case] = reason
-    return found
+        known[claim, case] = reason
+    return known
 
 
 def new_failures(report: Report, known: Known) -> list[Row]:
@@ -111,27 +111,27 @@ def cause(report: Report) -> list[str]:
 def lines(report: Report, known: Known, how: str) -> list[str]:
     """The report as text: failures, each claim explained once, their likely cause, times, reasons why claims do not
     apply, known failures, notes, counts."""
-    found: list[str] = []
+    lines: list[str] = []
     failures = new_failures(report, known)
     for claim in dict.fromkeys(row.claim for row in failures):
         for number, row in enumerate(row for row in failures if row.claim == claim):
-            found += [*failure(row, number == 0), f"  command:  {command(report, row, how)}"]
-    found += cause(report) if failures else []
-    found += times(report)
+            lines += [*failure(row, number == 0), f"  command:  {command(report, row, how)}"]
+    lines += cause(report) if failures else []
+    lines += times(report)
     for outcome in (Outcome.NOT_APPLICABLE, Outcome.NOT_CHECKED):
         reasons: dict[str, Counter[str]] = {}
         for row in report.of(outcome):
             reasons.setdefault(row.finding.why, Counter())[row.claim] += 1
         for why, claims in reasons.items():
-            found.append(f"{outcome}: {', '.join(f'{claim} ({count})' for claim, count in claims.items())}: {why}")
+            lines.append(f"{outcome}: {', '.join(f'{claim} ({count})' for claim, count in claims.items())}: {why}")
     for row in report.rows:
         reason = known.get((row.claim, row.case))
         if reason is not None and row.finding.outcome == Outcome.FAILED:
-            found.append(f"known failure: {row.claim} on {row.case}: {reason}")
+            lines.append(f"known failure: {row.claim} on {row.case}: {reason}")
         if reason is not None and row.finding.outcome == Outcome.PASSED:
-            found.append(f"passes now: {row.claim} on {row.case}; take it from the file of known failures ({reason})")
-    found += [*gaps(report, known), *report.notes]
-    return [visible(line) for line in [*found, total(report, known)]]
+            lines.append(f"passes now: {row.claim} on {row.case}; take it from the file of known failures ({reason})")
+    lines += [*gaps(report, known), *report.notes]
+    return [visible(line) for line in [*lines, total(report, known)]]
 
 
 def gaps(report: Report, known: Known) -> list[str]:
@@ -221,18 +221,18 @@ def as_junit(report: Report, known: Known, how: str) -> str:
 
 def as_markdown(report: Report, known: Known, how: str) -> str:
     """The report for a pull request: the counts, then a table of the new failures."""
-    found = ["### gnomon verify", "", _cell(total(report, known)), ""]
+    lines = ["### gnomon verify", "", _cell(total(report, known)), ""]
     failures = new_failures(report, known)
     if failures:
-        found += ["| claim | case | setting | expected | got | alone |", "|---|---|---|---|---|---|"]
+        lines += ["| claim | case | setting | expected | got | alone |", "|---|---|---|---|---|---|"]
     for row in failures:
         finding = row.finding
         cells = [row.claim, row.case, finding.setting, finding.expected, finding.got, command(report, row, how)]
-        found.append(f"| {' | '.join(map(_cell, cells))} |")
-    found += ["", *map(_cell, cause(report))] if failures else []
+        lines.append(f"| {' | '.join(map(_cell, cells))} |")
+    lines += ["", *map(_cell, cause(report))] if failures else []
     for more in (gaps(report, known), times(report), report.notes):
-        found += ["", *(f"- {_cell(line)}" for line in more)] if more else []
-    return "\n".join(found) + "\n"
+        lines += ["", *(f"- {_cell(line)}" for line in more)] if more else []
+    return "\n".join(lines) + "\n"
 
 
 def _cell(text: str) -> str:
@@ -243,18 +243,17 @@ def _cell(text: str) -> str:
 
 def workflow_commands(report: Report, known: Known, how: str) -> list[str]:
     """A line for each failure that is not known, and each gap, in the notation of GitHub Actions' workflow commands."""
-    found = []
+    commands = []
     for row in new_failures(report, known):
         text = "\n".join([*failure(row), command(report, row, how)])
         title = _workflow(f"gnomon: {row.claim} on {row.case}").replace(":", "%3A").replace(",", "%2C")
-        found.append(f"::error title={title}::{_workflow(text)}")
-    return found + [f"::error title=gnomon::{_workflow(gap)}" for gap in gaps(report, known)]
+        commands.append(f"::error title={title}::{_workflow(text)}")
+    return commands + [f"::error title=gnomon::{_workflow(gap)}" for gap in gaps(report, known)]
 
 
 def _workflow(text: str) -> str:
     """Text for a workflow command: % and line ends are encoded."""
-    lines = [visible(line).replace("%", "%25") for line in text.splitlines()]
-    return "%0A".join(lines)
+    return "%0A".join(visible(line).replace("%", "%25") for line in text.splitlines())
 
 
 def as_badge(report: Report, known: Known, how: str) -> str:

@@ -173,10 +173,10 @@ class Report:
             for row in self.of(Outcome.FAILED)
         ]
         cases = len({row.case for row in self.rows})
-        found = ", ".join(f"{len(self.of(each))} {each.value}" for each in Outcome)
+        counts = ", ".join(f"{len(self.of(each))} {each.value}" for each in Outcome)
         cause = [f"likely cause: {self.diagnosis}"] if self.diagnosis else []
         return "\n".join(
-            [*failed, *cause, f"{self.integrator}: {self.checked} claims checked on {cases} cases: {found}"]
+            [*failed, *cause, f"{self.integrator}: {self.checked} claims checked on {cases} cases: {counts}"]
         )
 
     def of(self, outcome: Outcome) -> list[Row]:
@@ -203,15 +203,15 @@ class Report:
         if not self.cases:  # of a depth's own cases those that the integrator supports
             lacks = [case for case, of in by_case.items() if _outcome(of, FOLLOWS) == Outcome.NOT_APPLICABLE]
             by_case = {case: of for case, of in by_case.items() if case not in lacks}
-        found = [] if by_case else ["no case takes this integrator"]
+        gaps = [] if by_case else ["no case takes this integrator"]
         for case, of in by_case.items():
             if _outcome(of, FOLLOWS) not in SETTLED:
                 why = of[FOLLOWS].why if FOLLOWS in of else "it was not among the claims"
-                found.append(f"{case}: {FOLLOWS} was not checked: {why}")
+                gaps.append(f"{case}: {FOLLOWS} was not checked: {why}")
             elif not any(_outcome(of, name) in SETTLED for name in ACCURACY):
                 why = "; ".join(f"{name}: {of[name].why}" for name in ACCURACY if name in of)
-                found.append(f"{case}: no claim about accuracy was checked ({why})")
-        return found
+                gaps.append(f"{case}: no claim about accuracy was checked ({why})")
+        return gaps
 
     def _gaps_of_claim(self, name: str) -> list[str]:
         rows = [row for row in self.rows if row.claim == name]
@@ -336,15 +336,15 @@ def _diagnose(integrator: Integrator, report: Report, on: dict[str, Case], ends:
     )
     failures = Failures(pairs[Outcome.FAILED], pairs[Outcome.PASSED], on, got)
     case = on[failures.probed()]
-    found: list[Facts] = []
+    fact_sets: list[Facts] = []
     for probe in (digest, facts):
         rows: list[Row] = []
         run([CaseJob(integrator, case, DEPTHS[report.depth], rows.append, [FIRST], partial(_probe, probe))], 1, ends)
         finding = rows[0].finding
         if finding.outcome == Outcome.NOT_CHECKED:
             return None
-        found.append(json.loads(finding.got) if finding.outcome == Outcome.PASSED else {"raises": True})
-    alone, rest = found
+        fact_sets.append(json.loads(finding.got) if finding.outcome == Outcome.PASSED else {"raises": True})
+    alone, rest = fact_sets
     declared = {"order": integrator.order, "stepped": isinstance(integrator, Stepped)}
     declared["may_take_differences"] = any(
         quadrature_claim.DIFFERENCES in row.finding.expected for row in report.of(Outcome.FAILED)
@@ -369,8 +369,8 @@ def plan_verification(
     ids = _claim_ids(claims)
     chosen = [case.rounded() for case in _cases(integrator, names, DEPTHS[depth])]
     first = next((case for case in chosen if case.variant is None), None)
-    found = [(case, [i for i in ids if _is_made(CLAIMS[i], case, first, bool(names))]) for case in chosen]
-    return [(case, ids) for case, ids in found if ids]
+    planned = [(case, [i for i in ids if _is_made(CLAIMS[i], case, first, bool(names))]) for case in chosen]
+    return [(case, ids) for case, ids in planned if ids]
 
 
 def _is_made(claim: Claim, case: Case, first: Case | None, named: bool) -> bool:
@@ -383,13 +383,13 @@ def _is_made(claim: Claim, case: Case, first: Case | None, named: bool) -> bool:
     return not claim.hard and (case is first or not claim.once)
 
 
-def _claim_ids(given: Sequence[str] | None) -> list[str]:
-    for name in given or ():
+def _claim_ids(names: Sequence[str] | None) -> list[str]:
+    for name in names or ():
         if name in preflight.TEXTS:
             raise ValueError(f"{name} is a pre-flight of an engine; name the engine with --engine")
         if name not in TEXTS:
             raise ValueError(f"no claim is called {name!r}; {nearest(name, TEXTS)}")
-    return [name for name in CLAIMS if not given or name in given]
+    return [name for name in CLAIMS if not names or name in names]
 
 
 def _cases(integrator: Integrator, names: Sequence[selection.CaseLike] | None, depth: Depth) -> list[Case]:
@@ -428,10 +428,10 @@ def _hard(chosen: Sequence[Case], most: int) -> list[Case]:
 
 def _first_trial(integrator: Integrator, case: Case, depth: Depth) -> None:
     """Raise FirstTrialError if the integrator raises on a case, at the coarsest and at a usual setting."""
-    found: list[Row] = []
-    run([CaseJob(integrator, case, depth, found.append, [FIRST], _first)], workers=1)
-    if found[0].finding.outcome == Outcome.FAILED:
-        raise FirstTrialError(found[0].finding.got)
+    rows: list[Row] = []
+    run([CaseJob(integrator, case, depth, rows.append, [FIRST], _first)], workers=1)
+    if rows[0].finding.outcome == Outcome.FAILED:
+        raise FirstTrialError(rows[0].finding.got)
 
 
 @dataclass(eq=False)
@@ -487,8 +487,8 @@ class CaseJob(Job):
 
     @property
     def _may_be_silent(self) -> bool:
-        made = CLAIMS.get(self.pending[0])
-        return made is not None and made.no_answer
+        claim = CLAIMS.get(self.pending[0])
+        return claim is not None and claim.no_answer
 
     def stop(self, why: str = OVER) -> None:
         while self.pending:
@@ -512,7 +512,7 @@ def _work(
 
 
 def _serve(
-    given: references.Reference,
+    reference: references.Reference,
     spec: CaseSpec,
     depth: Depth,
     pending: Sequence[str],
@@ -520,7 +520,7 @@ def _serve(
     connection: Connection,
 ) -> None:
     """The work of a CaseJob in a process that imports the user's module again."""
-    _work(references.dereference(given), spec, depth, pending, measure, sender(connection))
+    _work(references.dereference(reference), spec, depth, pending, measure, sender(connection))
 
 
 def _first(trials: Trials) -> Finding:

@@ -123,7 +123,7 @@ class _Loaded:
             (3, "CoSimulation"): FMU3Slave,
             (3, "ModelExchange"): FMU3Model,
         }
-        self.archive, self.said = archive, deque[str](maxlen=2)
+        self.archive, self.messages = archive, deque[str](maxlen=2)
         self.owner: object = None
         """Whoever began the present instance: another one begins a new instance."""
         try:
@@ -147,7 +147,7 @@ class _Loaded:
         """
         fmu, is_2 = self.fmu, self.archive.version == 2
         self.owner = None
-        self.said.clear()
+        self.messages.clear()
         if self.instances and self.archive.interface.canBeInstantiatedOnlyOncePerProcess:
             fmu.reset()
         else:
@@ -174,23 +174,23 @@ class _Loaded:
     def _callbacks(self) -> Any:
         from fmpy import calloc, fmi2, free
 
-        made = fmi2.fmi2CallbackFunctions()
-        made.logger = fmi2.fmi2CallbackLoggerTYPE(self._log)
-        made.allocateMemory = fmi2.fmi2CallbackAllocateMemoryTYPE(calloc)
-        made.freeMemory = fmi2.fmi2CallbackFreeMemoryTYPE(free)
+        callbacks = fmi2.fmi2CallbackFunctions()
+        callbacks.logger = fmi2.fmi2CallbackLoggerTYPE(self._log)
+        callbacks.allocateMemory = fmi2.fmi2CallbackAllocateMemoryTYPE(calloc)
+        callbacks.freeMemory = fmi2.fmi2CallbackFreeMemoryTYPE(free)
         with contextlib.suppress(ImportError, OSError):  # only it fills in the numbers of a message
             from fmpy.logging import addLoggerProxy
 
-            addLoggerProxy(ctypes.byref(made))
-        return made
+            addLoggerProxy(ctypes.byref(callbacks))
+        return callbacks
 
     def _log(self, *arguments: Any) -> None:
         """Keep a message of the FMU: the last argument of FMI 2.0 and 3.0 alike."""
-        self.said.append(arguments[-1].decode(errors="replace") if isinstance(arguments[-1], bytes) else "")
+        self.messages.append(arguments[-1].decode(errors="replace") if isinstance(arguments[-1], bytes) else "")
 
     def explain(self, error: BaseException) -> str:
         """The text of an error, with the last messages of the FMU."""
-        return "; ".join([" ".join(str(error).split()), *self.said])
+        return "; ".join([" ".join(str(error).split()), *self.messages])
 
 
 def _load(archive: Archive) -> _Loaded:
@@ -270,21 +270,21 @@ class CoSimulation(FmuIntegrator):
                 values[variable.reference] = number / variable.factor
         try:
             loaded.begin(self, values, t0)
-            found = loaded.get([each.reference for each in links.states])
+            readings = loaded.get([each.reference for each in links.states])
         except Unusable:
             raise
         except Exception as error:
             if not np.all(np.isfinite(start)):
                 raise Refused(f"a start that is not finite: {loaded.explain(error)}") from None
             raise Unusable(f"the FMU cannot be initialized: {loaded.explain(error)}") from None
-        rows = zip(links.coordinates.items(), links.states, numbers, found, links.starts, strict=True)
-        for (name, usual), own, given, read, sets in rows:
-            if sets is None and not math.isclose(own.factor * read, given, rel_tol=SAME, abs_tol=0.0):
+        rows = zip(links.coordinates.items(), links.states, numbers, readings, links.starts, strict=True)
+        for (name, usual), own, initial, read, sets in rows:
+            if sets is None and not math.isclose(own.factor * read, initial, rel_tol=SAME, abs_tol=0.0):
                 what = (
                     f"no variable sets the start of {name}: {own.name} starts at {own.factor * read:.17g}, not at"
-                    f" {given:.17g}; map a parameter, as --columns VARIABLE={name}"
+                    f" {initial:.17g}; map a parameter, as --columns VARIABLE={name}"
                 )
-                raise Unusable(what) if given == usual else Unsupported(what)
+                raise Unusable(what) if initial == usual else Unsupported(what)
 
 
 class ModelExchange(FmuIntegrator):
@@ -318,11 +318,11 @@ class ModelExchange(FmuIntegrator):
 
         def solve(starts: Floats) -> Solution:
             called.failure = None
-            found = solver.solve(starts)
+            solution = solver.solve(starts)
             if called.failure is None:
-                return found
+                return solution
             error, t, _ = called.failure
-            return replace(found, stopped=f"at t = {t:g} {loaded.explain(error)}")
+            return replace(solution, stopped=f"at t = {t:g} {loaded.explain(error)}")
 
         return replace(solver, solve=solve)
 
@@ -349,5 +349,5 @@ class _Derivatives:
         self.loaded.fmu.setTime(t)
         self.loaded.fmu.setContinuousStates(state, len(self.state))
         self.derivatives(rates, len(self.state))
-        found: Floats = self.rates[self.places] * self.factors
-        return found
+        derivatives: Floats = self.rates[self.places] * self.factors
+        return derivatives

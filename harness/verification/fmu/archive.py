@@ -75,9 +75,9 @@ def unpack(path: Path, is_model_exchange: bool = False) -> Archive:
     if kind is None:
         wanted = " or ".join(kinds)
         raise ValueError(f"--fmu {path}: it is not an FMU for {wanted}; export it as one")
-    made = Archive(str(path), str(folder), description, kind, digest, invalid)
-    _require_binary(made)
-    return made
+    unpacked = Archive(str(path), str(folder), description, kind, digest, invalid)
+    _require_binary(unpacked)
+    return unpacked
 
 
 def _extract(archive: zipfile.ZipFile, path: Path, folder: Path) -> None:
@@ -129,8 +129,8 @@ def _require_binary(archive: Archive) -> None:
     name = f"{archive.interface.modelIdentifier}{fmpy.sharedLibraryExtension}"
     binaries = Path(archive.folder, "binaries")
     if PurePosixPath(name).name != name or not (binaries / system / name).is_file():
-        found = sorted(each.name for each in binaries.iterdir()) if binaries.is_dir() else []
+        present = sorted(each.name for each in binaries.iterdir()) if binaries.is_dir() else []
         raise ValueError(
             f"--fmu {archive.path}: it has no binaries/{system}/{shorten(name)} for this machine"
-            f" (it has {shorten(', '.join(found)) or 'none'}); export it for this system"
+            f" (it has {shorten(', '.join(present)) or 'none'}); export it for this system"
         )

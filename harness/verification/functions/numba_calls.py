@@ -56,26 +56,26 @@ class _Model(models.StructModel):  # type: ignore[misc]
 
 def _unbox(kind: OfState, value: Any, c: Any) -> NativeValue:
     """The members are attributes of the object of Python, which lives as long as the call."""
-    found, failed = cgutils.create_struct_proxy(kind)(c.context, c.builder), cgutils.false_bit
+    struct, failed = cgutils.create_struct_proxy(kind)(c.context, c.builder), cgutils.false_bit
     for name, member in MEMBERS.items():
         item = c.pyapi.object_getattr_string(value, name)
         native = c.unbox(member, item)
-        setattr(found, name, native.value)
+        setattr(struct, name, native.value)
         failed = c.builder.or_(failed, native.is_error)
         c.pyapi.decref(item)
-    return NativeValue(found._getvalue(), is_error=failed)
+    return NativeValue(struct._getvalue(), is_error=failed)
 
 
 @intrinsic  # type: ignore[untyped-decorator]
 def _call(context: Any, address: Any, t: Any, y: Any, p: Any, out: Any) -> Any:
     """Call void(double t, double *y, double *p, double *out) at an address; the arrays are given by their addresses."""
 
-    def emit(context: Any, builder: Any, signature: Any, given: Any) -> Any:
+    def emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         real = ir.DoubleType()
         pointer = real.as_pointer()
         function = ir.FunctionType(ir.VoidType(), [real, pointer, pointer, pointer])
-        arrays = [builder.inttoptr(item, pointer) for item in given[2:]]
-        builder.call(builder.inttoptr(given[0], function.as_pointer()), [given[1], *arrays])
+        arrays = [builder.inttoptr(item, pointer) for item in arguments[2:]]
+        builder.call(builder.inttoptr(arguments[0], function.as_pointer()), [arguments[1], *arrays])
         return context.get_dummy_value()
 
     return types.void(types.intp, types.float64, types.intp, types.intp, types.intp), emit
@@ -102,9 +102,9 @@ def _count_call(f: Any, t: float, state: Any) -> Any:
 @numba.njit  # type: ignore[untyped-decorator]
 def _matrix(f: Any, t: float, state: Any) -> Any:
     values = _evaluate(f, t, state).reshape(-1, f.width)
-    found = np.zeros((len(values), f.columns))
-    found[:, : f.width] = values
-    return found
+    matrix = np.zeros((len(values), f.columns))
+    matrix[:, : f.width] = values
+    return matrix
 
 
 @numba.njit  # type: ignore[untyped-decorator]
@@ -149,9 +149,9 @@ def _define(kind: type[OfState], function: Any) -> OfState:
     overload_method(kind, "__call__")(wraps(function)(lambda *_: function))
 
     @lower_builtin(kind, kind, types.VarArg(types.Any))  # type: ignore[untyped-decorator, attr-defined]
-    def lower(context: Any, builder: Any, signature: Any, given: Any) -> Any:
+    def lower(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         """Emit the call of an object: numba itself only types it."""
-        return context.compile_internal(builder, function, signature, given)
+        return context.compile_internal(builder, function, signature, arguments)
 
     return kind()
 

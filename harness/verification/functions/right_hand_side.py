@@ -69,8 +69,7 @@ class Equations:
         if len(arrays) != 1 + self.velocities:
             wanted = "t, q and v" if self.velocities else "t and one array"
             raise TypeError(f"{1 + len(arrays)} arguments are given; give {wanted}")
-        found = np.concatenate(arrays) if self.velocities else arrays[0]
-        return np.array(found, dtype=np.float64)
+        return np.array(np.concatenate(arrays) if self.velocities else arrays[0], dtype=np.float64)
 
     @cached_property
     def _numba_type_(self) -> Any:
@@ -151,17 +150,17 @@ class Jacobian(Equations):
 
     def evaluate(self, t: float, *arrays: Any) -> Floats:
         first, end = self.rows
-        found = np.zeros((end - first, self.columns))  # accelerations a(t, q) do not depend on velocities
+        derivatives = np.zeros((end - first, self.columns))  # accelerations a(t, q) do not depend on velocities
         values = self.kernel.array(t, self.state(arrays), self.buffer)
-        found[:, : self.width] = values[self.first :].reshape(-1, self.width)
-        return found
+        derivatives[:, : self.width] = values[self.first :].reshape(-1, self.width)
+        return derivatives
 
     @cached_property
     def kernel(self) -> Kernel:
-        found = derivatives_if_traced(FirstOrder(self.equations), self.width, len(self.parameters))
-        if found is None:
+        kernel = derivatives_if_traced(FirstOrder(self.equations), self.width, len(self.parameters))
+        if kernel is None:
             raise Unsupported("the equations branch, so that they have no Jacobian")
-        return found
+        return kernel
 
 
 def find_jax() -> Any:
