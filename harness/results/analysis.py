@@ -28,12 +28,12 @@ def tidy(rows: pd.DataFrame) -> pd.DataFrame:
     (see `one_machine`). If one launch of a trial was solved from turned starts, the errors of its other launches become
     nan, because they are from one orientation only.
     """
-    found = {
+    columns = {
         column: rows[column].astype(object).where(rows[column].notna(), "")
         for column in ("variant", "formulation", "policy", "reason", "sampling", "setting_kind", "settings_changed")
     }
-    found["variant"] = found["variant"].replace("default", "")
-    found["formulation"] = found["formulation"].replace("standard", "")
+    columns["variant"] = columns["variant"].replace("default", "")
+    columns["formulation"] = columns["formulation"].replace("standard", "")
     for column in (
         *("setting", "error_max", "error_end", "error_rms", "floor", "conditioning", "order_declared"),
         *("error_phase", "error_shape", "turns", "events_missing", "events_extra", "events_time_error"),
@@ -41,8 +41,8 @@ def tidy(rows: pd.DataFrame) -> pd.DataFrame:
         *("null_seconds", "turned_starts", "error_low", "error_high", "error_unturned", "error_start"),
         *("null_work", "first_seconds", "delay_seconds", "more_seconds"),
     ):
-        found[column] = pd.to_numeric(rows[column], errors="coerce").astype(float)
-    frame = one_machine(rows.assign(**found))
+        columns[column] = pd.to_numeric(rows[column], errors="coerce").astype(float)
+    frame = one_machine(rows.assign(**columns))
     frame = frame.assign(null_seconds=null_calls(frame), null_work=0.0)
     turned = frame.groupby("trial_key")["turned_starts"].transform("max") > 0
     aside = turned & frame["turned_starts"].isna()
@@ -81,13 +81,13 @@ def null_calls(frame: pd.DataFrame) -> pd.Series:
     null, work = frame["null_seconds"], frame["null_work"]
     if not (work > 0).any():
         return null
-    taken = frame["rhs_calls"].fillna(frame["steps"])
-    taken = taken.groupby(frame["trial_key"]).transform("max")  # later launches do not count right-hand sides
-    cost = (frame["seconds_median"] - null) / (taken - work)
-    usable = cost.notna() & (taken >= 2 * work) & frame["status"].isin(SCORED) & ~find_delayed(frame)
+    counts = frame["rhs_calls"].fillna(frame["steps"])
+    counts = counts.groupby(frame["trial_key"]).transform("max")  # later launches do not count right-hand sides
+    cost = (frame["seconds_median"] - null) / (counts - work)
+    usable = cost.notna() & (counts >= 2 * work) & frame["status"].isin(SCORED) & ~find_delayed(frame)
     series = [frame[column] for column in (*SERIES, "machine")]
-    most = taken.where(usable).groupby(series).transform("max")
-    slope = cost.where(usable & (taken == most)).groupby(series).transform("median").clip(lower=0.0)
+    most = counts.where(usable).groupby(series).transform("max")
+    slope = cost.where(usable & (counts == most)).groupby(series).transform("median").clip(lower=0.0)
     return (null - slope * work).clip(lower=0.0).fillna(null)
 
 
@@ -162,7 +162,7 @@ def equal_error(frame: pd.DataFrame, targets: Sequence[float] = TARGETS) -> pd.D
     usable = usable.assign(error_max=usable["error_max"].where(usable["status"] != Status.DIVERGED, math.inf))
     for key, series in _series(usable.sort_values("setting", ascending=False), *columns):
         more = _one_more(series, targets)
-        rows += [(*key, *found, *more.get(found.target, (math.nan, {}))) for found in find_reached(series, targets)]
+        rows += [(*key, *time, *more.get(time.target, (math.nan, {}))) for time in find_reached(series, targets)]
     table = pd.DataFrame(rows, columns=[*SERIES, *Reached._fields, "more_seconds", "more_times"])
     machines = usable.groupby(SERIES)["machine"].first()
     return table.join(machines, on=list(SERIES)).join(preparations(frame), on=list(SERIES))
@@ -174,8 +174,8 @@ def _one_more(
     """By target: the seconds of one more pass over the span, and these seconds by (run, launch), as in `find_reached`."""
     if all(math.isnan(row["more_seconds"]) for row in series):
         return {}
-    found = find_reached([{**row, "seconds_median": row["more_seconds"]} for row in series], targets)
-    return {one.target: (one.seconds, one.times) for one in found}
+    rows = [{**row, "seconds_median": row["more_seconds"]} for row in series]
+    return {time.target: (time.seconds, time.times) for time in find_reached(rows, targets)}
 
 
 def one_more_period(equal: pd.DataFrame) -> pd.DataFrame:
@@ -326,8 +326,8 @@ def orders(reduced: pd.DataFrame) -> pd.DataFrame:
     (`convergence_order.mean_slope`).
     """
     fixed = reduced[(reduced["setting_kind"] == "step") & (reduced["status"] == Status.OK)]
-    found = _series(fixed, "setting", "order_declared", "conditioning", "floor", *KINDS)
-    rows = [(*key, *order(series)) for key, series in found]
+    groups = _series(fixed, "setting", "order_declared", "conditioning", "floor", *KINDS)
+    rows = [(*key, *order(series)) for key, series in groups]
     return pd.DataFrame(rows, columns=[*SERIES, "order", "margin", "lowest", "highest", "declared", "why"])
 
 

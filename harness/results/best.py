@@ -67,17 +67,17 @@ class Best:
     def __str__(self) -> str:
         name = "rtol" if self.kind == "tolerance" else "step"
         bound = "below " if self.below_reference else ""
-        found = (
+        text = (
             f"{self.method} at {name}={self.setting:.4g}: error {bound}{error_text(self.error)}, {time_text(self.seconds)} a"
             f" solve after {time_text(self.prepare_seconds)} of preparation; "
         )
-        found += (
+        text += (
             f"faster than {self.rival} from {self.break_even} solves on"
             if self.rival
             else "the fastest for one solve too"
         )
-        found += f"\nnot told apart from it: {', '.join(self.equally_fast)}" if self.equally_fast else ""
-        return f"{found}\n\n{self.lines.strip()}"
+        text += f"\nnot told apart from it: {', '.join(self.equally_fast)}" if self.equally_fast else ""
+        return f"{text}\n\n{self.lines.strip()}"
 
 
 class Cost(NamedTuple):
@@ -129,8 +129,8 @@ def best(rows: Sequence[Mapping[str, Any]], error: float, lines: Callable[[str, 
             at[row.get("run", 1), row["launch"]] = row["seconds_median"]
             if row["launch"] == 1:
                 series.setdefault(row["integrator_id"], []).append(row)
-    found = [_loosest(each, error, times) for each in series.values()]
-    ways = sorted((way for way in found if way is not None), key=lambda way: way.cost.each)
+    loosest = [_loosest(each, error, times) for each in series.values()]
+    ways = sorted((way for way in loosest if way is not None), key=lambda way: way.cost.each)
     if not ways:
         least = min((x for each in series.values() for row in each for x in [error_of(row)]), default=math.inf)
         nearest = f"the least error is {error_text(least)}" if math.isfinite(least) else "nothing was solved"
@@ -148,8 +148,8 @@ def best(rows: Sequence[Mapping[str, Any]], error: float, lines: Callable[[str, 
 
 def _equally_fast(rows: Sequence[Mapping[str, Any]], ways: Sequence[_Way]) -> Iterator[str]:
     """The ways that the launches do not separate from the first, which is the fastest, in words."""
-    found = compare([way.timed for way in ways], scatters(list_launched(rows))[OWN])
-    for way, row, state in list(zip(ways, found, *states([found]), strict=True))[1:]:
+    compared = compare([way.timed for way in ways], scatters(list_launched(rows))[OWN])
+    for way, row, state in list(zip(ways, compared, *states([compared]), strict=True))[1:]:
         if state != SLOWER:
             yield f"{way.timed.integrator_id} {short_text(row.ratio)} ({short_text(row.low)} – {short_text(row.high)})"
 

@@ -62,9 +62,9 @@ def break_even(
         for row in records(rows[rows["target"] == target], names):
             cost = Cost(row["load"] + row["prepare_seconds"], row["seconds"])
             ways.setdefault(row["library"], {}).setdefault(row["case"], []).append(cost)
-        found = _at(target, ways)
-        if found is not None:
-            yield found
+        at_error = _at(target, ways)
+        if at_error is not None:
+            yield at_error
 
 
 def _at(target: float, ways: Mapping[str, Mapping[str, Sequence[Cost]]]) -> AtError | None:

@@ -73,7 +73,7 @@ def cell(rows: Sequence[Compared], states_: Sequence[str]) -> str:
 
 def judge(cells: Sequence[Sequence[Timed]], scatter: Scatter) -> list[tuple[list[Compared], list[str], str]]:
     """For each cell its rows against the fastest, their states and its kind, at one false discovery rate for all."""
-    rows = [compare(one, scatter) for one in cells]
+    rows = [compare(timed, scatter) for timed in cells]
     return [(of, each, cell(of, each)) for of, each in zip(rows, states(rows), strict=True)]
 
 
@@ -88,18 +88,18 @@ def times(rows: Iterable[Row]) -> tuple[list[Time], dict[str, Scatter]]:
             if row["formulation"] == "" and row["variant"] == "":
                 key = (row["case"], row["variant"], row["library"], row["integrator_id"])
                 series.setdefault(key, []).append(row)
-    found = [
-        Time(*key, one.target, one.seconds, one.times, one.settings)
+    return [
+        Time(*key, reached.target, reached.seconds, reached.times, reached.settings)
         for key, own in sorted(series.items())
-        for one in find_reached(_usable(own))
-    ]
-    return found, scatters(list_launched(every))
+        for reached in find_reached(_usable(own))
+    ], scatters(list_launched(every))
 
 
 def scatters(series: Sequence[Timed]) -> dict[str, Scatter]:
     """The scatter by division. The scatter of third parties is only from their own launches: other methods do not change it."""
     every = scatter_of(series)
-    return {THIRD: scatter_of([one for one in series if division(one.kind[0]) == THIRD]), YOURS: every, OWN: every}
+    third = scatter_of([timed for timed in series if division(timed.kind[0]) == THIRD])
+    return {THIRD: third, YOURS: every, OWN: every}
 
 
 _series = itemgetter("case", "variant", "formulation", "integrator_id", "machine")
@@ -113,17 +113,17 @@ def list_launched(rows: Iterable[Row]) -> list[Timed]:
         if row["status"] in SCORED and seconds is not None and seconds > 0:
             at = series.setdefault(_series(row), {}).setdefault(row["setting"], {})
             at[row.get("run", 1), row["launch"]] = seconds, has_waited(row)
-    found = []
+    launched = []
     for key, every in sorted(series.items(), key=lambda item: str(item[0])):
         settings = {setting: without_waits(at) for setting, at in every.items()}
         most = max(map(len, settings.values()))
         often = sorted((setting for setting, at in settings.items() if len(at) == most), key=lambda s: s or 0.0)
         if most > 1:
-            found.append(Timed(str(key[-2]), settings[often[len(often) // 2]]))
-    return found
+            launched.append(Timed(str(key[-2]), settings[often[len(often) // 2]]))
+    return launched
 
 
-def find_undecided(found: Sequence[Time], scatter: Mapping[str, Scatter]) -> dict[Names, set[float]]:
+def find_undecided(times: Sequence[Time], scatter: Mapping[str, Scatter]) -> dict[Names, set[float]]:
     """The series that further launches may separate, with the settings from which the times of their open cells are computed.
 
     In an open cell these are the fastest series and all series within NEAR of it that are not slower, so that their numbers
@@ -131,49 +131,44 @@ def find_undecided(found: Sequence[Time], scatter: Mapping[str, Scatter]) -> dic
     page.
     """
     wanted: dict[Names, set[float]] = {}
-    for _, rows, compared, each, of in _judge_cells(found, scatter):
+    for _, rows, compared, each, of in _judge_cells(times, scatter):
         near = [
-            one for one, row, state in zip(rows, compared, each, strict=True) if row.ratio < NEAR and state != SLOWER
+            time for time, row, state in zip(rows, compared, each, strict=True) if row.ratio < NEAR and state != SLOWER
         ]
-        if of == UNDECIDED and min(len(one.times) for one in near) < MOST_LAUNCHES:
-            for one in near:
-                wanted.setdefault((one.case, one.variant, one.integrator_id), set()).update(one.settings)
+        if of == UNDECIDED and min(len(time.times) for time in near) < MOST_LAUNCHES:
+            for time in near:
+                wanted.setdefault((time.case, time.variant, time.integrator_id), set()).update(time.settings)
     return wanted
 
 
-def open_cells(found: Sequence[Time], scatter: Mapping[str, Scatter]) -> dict[str, tuple[int, int]]:
+def open_cells(times: Sequence[Time], scatter: Mapping[str, Scatter]) -> dict[str, tuple[int, int]]:
     """By division the numbers of open cells and of cells with a pair."""
     kinds: dict[str, list[str]] = {THIRD: [], YOURS: [], OWN: []}
-    for name, *_, of in _judge_cells(found, scatter):
+    for name, *_, of in _judge_cells(times, scatter):
         kinds[name].append(of)
     return {name: (each.count(UNDECIDED), len(each) - each.count(ALONE)) for name, each in kinds.items()}
 
 
 def _judge_cells(
-    found: Sequence[Time], scatter: Mapping[str, Scatter]
+    times: Sequence[Time], scatter: Mapping[str, Scatter]
 ) -> Iterator[tuple[str, list[Time], list[Compared], list[str], str]]:
     """The cells of each division: its name, the times, their rows and states, the kind of the cell."""
     for name in (THIRD, YOURS, OWN):
         cells: dict[tuple[str, str, float], list[Time]] = {}
-        for one in found:
-            if division(one.library) == name:
-                cells.setdefault((one.case, one.variant, one.target), []).append(one)
-        judged = judge([[one.timed for one in rows] for rows in cells.values()], scatter[name])
+        for time in times:
+            if division(time.library) == name:
+                cells.setdefault((time.case, time.variant, time.target), []).append(time)
+        judged = judge([[time.timed for time in rows] for rows in cells.values()], scatter[name])
         for rows, (compared, each, of) in zip(cells.values(), judged, strict=True):
             yield name, rows, compared, each, of
 
 
 def _usable(rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
     """The timed rows of a series as `find_reached` reads them, loosest first."""
-    found = []
+    usable = []
     for row in sorted(rows, key=lambda row: -(row["setting"] or 0.0)):
         error = math.inf if row["status"] == Status.DIVERGED else row["error_max"]
         null = row["null_seconds"]
-        found.append(
-            {
-                **row,
-                "error_max": math.nan if error is None else error,
-                "null_seconds": math.nan if null is None else null,
-            }
-        )
-    return found
+        known = {"error_max": math.nan if error is None else error, "null_seconds": math.nan if null is None else null}
+        usable.append(row | known)
+    return usable

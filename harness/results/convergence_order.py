@@ -60,11 +60,11 @@ def line(steps: Sequence[float], errors: Sequence[float], floor: float, within: 
         for step, error in sorted(zip(steps, errors, strict=True))
     ]
     for first in range(len(points) - FEWEST + 1):
-        taken = [point for point in points[first : first + FEWEST] if point is not None]
-        if len(taken) == FEWEST:
-            slope = fit_slope(taken)
-            if all(abs(fit_slope(pair) - slope) <= within for pair in itertools.pairwise(taken)):
-                return slope, mean_slope(taken)[1]
+        window = [point for point in points[first : first + FEWEST] if point is not None]
+        if len(window) == FEWEST:
+            slope = fit_slope(window)
+            if all(abs(fit_slope(pair) - slope) <= within for pair in itertools.pairwise(window)):
+                return slope, mean_slope(window)[1]
     return None
 
 

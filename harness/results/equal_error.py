@@ -120,8 +120,8 @@ def credit_errors(errors: Sequence[float] | Floats) -> Floats:
         return np.full(len(values), math.inf)
     second = finite[min(1, len(finite) - 1)]
     last = int(np.flatnonzero(values <= 3 * second)[-1])
-    kept = np.maximum.accumulate(values[: last + 1][::-1])[::-1]
-    return np.concatenate([kept, np.full(len(values) - last - 1, math.inf)])
+    credited = np.maximum.accumulate(values[: last + 1][::-1])[::-1]
+    return np.concatenate([credited, np.full(len(values) - last - 1, math.inf)])
 
 
 def time_at(errors: Sequence[float] | Floats, seconds: Sequence[float] | Floats, target: float) -> tuple[float, bool]:

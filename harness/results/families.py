@@ -55,8 +55,8 @@ class Sweep:
 
     def cost(self, error: float, axis: str = TIME) -> float:
         """The cost at which it reaches an error; inf if it does not."""
-        found = time_at(self.errors, self.costs(axis), error)[0] if self.errors else math.nan
-        return math.inf if math.isnan(found) else found
+        cost = time_at(self.errors, self.costs(axis), error)[0] if self.errors else math.nan
+        return math.inf if math.isnan(cost) else cost
 
     def error(self, cost: float, axis: str) -> float:
         """The error that it reaches at a cost, at most 1: so large is the error without an answer."""
@@ -106,12 +106,12 @@ def sweeps(timed: pd.DataFrame) -> dict[Problem, list[Sweep]]:
         *("case", "variant", "integrator_id", "library", "order_declared"),
         *("status", "error_max", "seconds", "rhs_calls"),
     )
-    found: dict[Problem, dict[str, list[dict[str, Any]]]] = {}
+    by_problem: dict[Problem, dict[str, list[dict[str, Any]]]] = {}
     for row in records(settings(ran), columns):
-        found.setdefault((row["case"], row["variant"]), {}).setdefault(row["integrator_id"], []).append(row)
+        by_problem.setdefault((row["case"], row["variant"]), {}).setdefault(row["integrator_id"], []).append(row)
     return {
         (case, variant): [_sweep(name, rows) for name, rows in of.items() if exact_reason(name, case) is None]
-        for (case, variant), of in found.items()
+        for (case, variant), of in by_problem.items()
     }
 
 
@@ -132,15 +132,15 @@ def _sweep(name: str, rows: Sequence[dict[str, Any]]) -> Sweep:
 def families(of: Iterable[Sweep]) -> list[Family]:
     """The families of the methods on one problem, in the order of `families.toml`."""
     members: dict[str, list[Sweep]] = {name: [] for name in (*FAMILIES, OTHER)}
-    for one in of:
-        members[family_of(one.integrator)].append(one)
+    for sweep in of:
+        members[family_of(sweep.integrator)].append(sweep)
     return [_family(name, methods) for name, methods in members.items() if methods]
 
 
 def _family(name: str, methods: Sequence[Sweep]) -> Family:
-    times = {one.integrator: one.cost(SUCCESS) for one in methods}
+    times = {method.integrator: method.cost(SUCCESS) for method in methods}
     fastest = min(times, key=lambda key: times[key])
-    closest = min(methods, key=lambda one: one.least)
+    closest = min(methods, key=lambda method: method.least)
     reached = sum(math.isfinite(seconds) for seconds in times.values())
     return Family(name, len(methods), reached, fastest, times[fastest], closest.integrator, closest.least)
 
@@ -151,12 +151,12 @@ def separation(of: Iterable[Sweep], axis: str = TIME) -> Separation | None:
     It is None if methods of order HIGH_ORDER or more with known costs come from fewer than LIBRARIES libraries, or if no
     method reaches an error of PRECISE.
     """
-    methods = [one for one in of if one.counts(axis) or not one.errors]
-    high = [one for one in methods if math.isnan(one.order) or one.order >= HIGH_ORDER]
-    libraries = {one.library for one in high}
+    methods = [sweep for sweep in of if sweep.counts(axis) or not sweep.errors]
+    high = [method for method in methods if math.isnan(method.order) or method.order >= HIGH_ORDER]
+    libraries = {method.library for method in high}
     for error in PRECISE if len(libraries) >= LIBRARIES else ():
-        cost, best = min((one.cost(error, axis), one.integrator) for one in methods)
+        cost, best = min((method.cost(error, axis), method.integrator) for method in methods)
         if math.isfinite(cost):
-            median = statistics.median(one.error(cost, axis) for one in high)
+            median = statistics.median(method.error(cost, axis) for method in high)
             return Separation(best, error, cost, median, len(high), len(libraries))
     return None

@@ -44,7 +44,7 @@ def merge(sources: Sequence[Path], target: Path, count: bool = False, command: s
     versions or sources, for a target that exists or cannot be written, and for a file without results. After an error
     nothing is written.
     """
-    found = [opening.results_file(source) for source in sources]
+    files = [opening.results_file(source) for source in sources]
     if target.exists():
         raise ValueError(f"--out {target}: exists already; name a new file")
     target.parent.mkdir(parents=True, exist_ok=True)
@@ -56,7 +56,7 @@ def merge(sources: Sequence[Path], target: Path, count: bool = False, command: s
         schema.create(db)
         with db:
             merged = _Merged(db, target, count)
-            for source in found:
+            for source in files:
                 with opening.reading(source, schema.TABLES) as own:
                     merged.add(source, own)
             measurements = merged.end(command)
@@ -125,13 +125,13 @@ class _Merged:
         used = f"SELECT DISTINCT run FROM measurements WHERE {_MEASURED}"
         for (run,) in own.execute(used).fetchall():
             every = dict(own.execute("SELECT name, value FROM environment WHERE run = ?", (run,)))
-            found = {name: every.get(name) for name in VERSIONS}
-            self.versions = self.versions or (path, found)
+            versions = {name: every.get(name) for name in VERSIONS}
+            self.versions = self.versions or (path, versions)
             first, known = self.versions
             for name in VERSIONS:
-                if found[name] != known[name]:
+                if versions[name] != known[name]:
                     raise ValueError(
-                        f"{path}: measured with {name} {_show(found[name])}, {first} with {_show(known[name])};"
+                        f"{path}: measured with {name} {_show(versions[name])}, {first} with {_show(known[name])};"
                         " merge files of the same versions and sources"
                     )
 

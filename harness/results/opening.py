@@ -32,12 +32,12 @@ _held: ContextVar[tuple[Path, sqlite3.Connection] | None] = ContextVar("_held", 
 def results_file(path: str | Path) -> Path:
     """The results file itself, or the `results.sqlite` in a folder; raises ValueError without one."""
     path = Path(path)
-    found = path / "results.sqlite" if path.is_dir() else path
-    if not found.is_file():
+    file = path / "results.sqlite" if path.is_dir() else path
+    if not file.is_file():
         raise ValueError(f"{path}: no results here; give a results.sqlite that `gnomon run` wrote, or its folder")
-    if found.stat().st_size == 0:
-        raise ValueError(f"{found}: an empty file; give a results.sqlite that `gnomon run` wrote")
-    return found
+    if file.stat().st_size == 0:
+        raise ValueError(f"{file}: an empty file; give a results.sqlite that `gnomon run` wrote")
+    return file
 
 
 @contextmanager
@@ -47,25 +47,25 @@ def reading(path: str | Path, tables: Iterable[str]) -> Iterator[sqlite3.Connect
     Raises ValueError, which names the file and, for damage, the table and the row. Works also in a folder without
     permission to write.
     """
-    found, held = results_file(path), _held.get()
-    if held is not None and held[0] == found.resolve():
+    file, held = results_file(path), _held.get()
+    if held is not None and held[0] == file.resolve():
         yield held[1]  # all tables are verified
         return
     try:
         with ExitStack() as stack:
-            db = _connect(found, stack)
-            _verify_kind(db, found)
+            db = _connect(file, stack)
+            _verify_kind(db, file)
             verify(db, tables)
             yield db
     except Damaged as error:
         raise ValueError(
-            f"{found}: damaged ({error}); restore it from a copy, or run it again into another file"
+            f"{file}: damaged ({error}); restore it from a copy, or run it again into another file"
         ) from None
     except (sqlite3.Error, UnicodeDecodeError) as error:
         text = visible(shorten(str(error)))
         if str(error).startswith("file is not a database"):
-            raise ValueError(f"{found}: not a readable results file of gnomon ({text})") from None
-        raise ValueError(f"{found}: damaged ({text}); run it again into another file") from None
+            raise ValueError(f"{file}: not a readable results file of gnomon ({text})") from None
+        raise ValueError(f"{file}: damaged ({text}); run it again into another file") from None
 
 
 @contextmanager
@@ -83,9 +83,9 @@ def verify(db: sqlite3.Connection, tables: Iterable[str]) -> None:
     """Raise Damaged, which names the place, unless the file has the structure of `schema` and its tables are sound."""
     _verify_structure(db)
     # For the whole file: if a table's first page was replaced by another, only the list of unused pages shows it.
-    ((found,),) = db.execute("PRAGMA integrity_check(1)")
-    if found != "ok":
-        raise Damaged(" ".join(visible(shorten(found), lines=True).replace("*** in database main ***", "").split()))
+    ((integrity,),) = db.execute("PRAGMA integrity_check(1)")
+    if integrity != "ok":
+        raise Damaged(" ".join(visible(shorten(integrity), lines=True).replace("*** in database main ***", "").split()))
     for table in tables:
         try:
             schema.verify(db, table)

@@ -80,22 +80,22 @@ class Outstanding:
 
     @property
     def trials(self) -> int:
-        return sum(one.trials - one.measured for one in self.planned)
+        return sum(row.trials - row.measured for row in self.planned)
 
     @property
     def others(self) -> list[str]:
         """Outstanding shards and repeated launches, a clause each."""
-        launches, found = sum(one.interrupted for one in self.planned), list(self.shards)
+        launches, clauses = sum(row.interrupted for row in self.planned), list(self.shards)
         if launches:
-            found.append(f"{launches} repeated launches were interrupted")
+            clauses.append(f"{launches} repeated launches were interrupted")
         if not (self.ended or self.trials or launches):
-            found.append("its last run has not ended, so that repeated launches may be missing")
-        return found
+            clauses.append("its last run has not ended, so that repeated launches may be missing")
+        return clauses
 
     @property
     def text(self) -> str:
         """All that is outstanding, in words; empty without anything."""
-        planned = sum(one.trials for one in self.planned)
+        planned = sum(row.trials for row in self.planned)
         trials = [f"{self.trials} of {planned} planned trials have no measurement"] if self.trials else []
         return "; ".join([*self.others, *trials])
 
@@ -129,28 +129,28 @@ def shard_text(place: int, count: int, plan: str) -> str:
 
 def shards(db: sqlite3.Connection) -> Shards:
     """The shards that a file has."""
-    found: Shards = {}
+    by_plan: Shards = {}
     for (value,) in db.execute(_SHARDS):
         for place, count, plan in _TEXT.findall(value or ""):
-            found.setdefault((plan, int(count)), set()).add(int(place))
-    return found
+            by_plan.setdefault((plan, int(count)), set()).add(int(place))
+    return by_plan
 
 
-def shards_text(found: Shards) -> str:
+def shards_text(by_plan: Shards) -> str:
     """Shards of several files in the form of the merged file's environment."""
-    return ", ".join(shard_text(place, count, plan) for (plan, count), own in found.items() for place in sorted(own))
+    return ", ".join(shard_text(place, count, plan) for (plan, count), own in by_plan.items() for place in sorted(own))
 
 
-def _missing(found: Shards) -> list[str]:
+def _missing(by_plan: Shards) -> list[str]:
     """A clause about the missing shards of each plan; plans after the first SHOWN are counted."""
     clauses = []
-    for (plan, count), own in found.items():
+    for (plan, count), own in by_plan.items():
         number = count - sum(1 <= place <= count for place in own)
         if number <= 0:
             continue
         names = islice((f"{place}/{count}" for place in range(1, count + 1) if place not in own), SHOWN)
         more = f" and {number - SHOWN} more" if number > SHOWN else ""
-        of = f" of the plan {plan}" if len(found) > 1 else ""
+        of = f" of the plan {plan}" if len(by_plan) > 1 else ""
         clauses.append(
             f"shard{'s' * (number > 1)} {', '.join(names)}{more}{of} {'is' if number == 1 else 'are'} missing"
         )

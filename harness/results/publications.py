@@ -45,20 +45,20 @@ def read(path: Path) -> list[Entry]:
             f"{path}: no publication has been recorded here; `make publication` does, or name another file with --from"
         )
     try:
-        found = json.loads(path.read_text(encoding="utf-8"))
-        if found["schema"] != SCHEMA:
-            raise ValueError(f"schema {found['schema']}, not {SCHEMA}")
-        return [_entry(one) for one in found["entries"]]
+        history = json.loads(path.read_text(encoding="utf-8"))
+        if history["schema"] != SCHEMA:
+            raise ValueError(f"schema {history['schema']}, not {SCHEMA}")
+        return [_entry(row) for row in history["entries"]]
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         why = visible(f"{type(error).__name__}: {error}")
         raise ValueError(f"{path}: no history of gnomon's ({why}); name another file with --from") from None
 
 
-def _entry(one: Any) -> Entry:
-    made_by = {visible(str(name)): visible(str(value)) for name, value in one["environment"].items()}
+def _entry(row: Any) -> Entry:
+    made_by = {visible(str(name)): visible(str(value)) for name, value in row["environment"].items()}
     return Entry(
         made_by | {name: made_by[name] for name in ("sources", "machine")},  # these it must have
-        {visible(str(name)): float(value) for name, value in one["numbers"].items()},
+        {visible(str(name)): float(value) for name, value in row["numbers"].items()},
     )
 
 
@@ -66,8 +66,8 @@ def append(path: Path, entry: Entry) -> None:
     """Add an entry to the file; it replaces an entry with an equal key."""
     former = read(path) if path.exists() else []
     rounded = {name: float(f"{value:.{DIGITS}g}") for name, value in sorted(entry.numbers.items())}
-    entries = [*(one for one in former if one.key != entry.key), Entry(entry.environment, rounded)]
-    study_file.write({"schema": SCHEMA, "entries": [asdict(one) for one in entries]}, path)
+    entries = [*(other for other in former if other.key != entry.key), Entry(entry.environment, rounded)]
+    study_file.write({"schema": SCHEMA, "entries": [asdict(entry) for entry in entries]}, path)
 
 
 def names(entries: Sequence[Entry]) -> list[str]:
@@ -77,12 +77,12 @@ def names(entries: Sequence[Entry]) -> list[str]:
 
 def choose(entries: Sequence[Entry], wanted: Sequence[str]) -> list[str]:
     """The names that are wanted, patterns resolved. Raises ValueError for an unknown one."""
-    known, found = names(entries), []
+    known, chosen = names(entries), []
     for name in wanted:
         if not is_pattern(name) and name not in known:
             raise ValueError(f"no number is called {name!r}; {nearest(name, known)}; without a name, all are listed")
-        found += matching(name, known) if is_pattern(name) else [name]
-    return list(dict.fromkeys(found))
+        chosen += matching(name, known) if is_pattern(name) else [name]
+    return list(dict.fromkeys(chosen))
 
 
 def is_time(name: str) -> bool:

@@ -59,11 +59,11 @@ def rank_methods(equal: pd.DataFrame, scatter: Scatter) -> pd.DataFrame:
     places = [at.tolist() for at in table.groupby([*PROBLEM, "target"]).indices.values()]
     timed = _list_times(table)
     judged = judge([[timed[place] for place in at] for at in places], scatter)
-    found: list[tuple[float, float, float, str, str]] = [(math.nan, math.nan, math.nan, "", "")] * len(table)
+    ranks: list[tuple[float, float, float, str, str]] = [(math.nan, math.nan, math.nan, "", "")] * len(table)
     for at, (rows, states_, kind) in zip(places, judged, strict=True):
         for place, row, of in zip(at, rows, states_, strict=True):
-            found[place] = row.ratio, row.low, row.high, of, kind
-    return _with(table, found, ("ratio", "low", "high", "state", "cell"))
+            ranks[place] = row.ratio, row.low, row.high, of, kind
+    return _with(table, ranks, ("ratio", "low", "high", "state", "cell"))
 
 
 def _list_times(table: pd.DataFrame) -> list[Timed]:
@@ -111,20 +111,20 @@ def divisions(
         if (of == name).any()
     ]
     table = pd.concat(parts, ignore_index=True) if parts else rank(equal, scatter[OWN]).assign(division="")
-    found = _against(table, scatter[OWN]) if rank is rank_methods else _compare_counts(table)
-    return _with(table, found, ("against", "against_low", "against_high", "against_state"))
+    against = _against(table, scatter[OWN]) if rank is rank_methods else _compare_counts(table)
+    return _with(table, against, ("against", "against_low", "against_high", "against_state"))
 
 
 def one_more_period(equal: pd.DataFrame, scatter: Mapping[str, Scatter]) -> pd.DataFrame:
     """`divisions` by the time of one more pass over the span, where it was measured: see `analysis.one_more_period`."""
-    wider = {name: one.scaled(MORE_SCATTER) for name, one in scatter.items()}
+    wider = {name: spread.scaled(MORE_SCATTER) for name, spread in scatter.items()}
     return divisions(analysis.one_more_period(equal), wider)
 
 
 def _against(table: pd.DataFrame, scatter: Scatter) -> list[tuple[float, float, float, str]]:
     """Each row of another division against the fastest third party of its cell."""
     timed, kinds = _list_times(table), table["division"].tolist()
-    found: list[tuple[float, float, float, str]] = [(math.nan, math.nan, math.nan, "")] * len(table)
+    against: list[tuple[float, float, float, str]] = [(math.nan, math.nan, math.nan, "")] * len(table)
     rows: list[tuple[int, Compared]] = []
     ratios = table["ratio"].tolist()
     for at in table.groupby([*PROBLEM, "target"]).indices.values():
@@ -136,8 +136,8 @@ def _against(table: pd.DataFrame, scatter: Scatter) -> list[tuple[float, float, 
             compared = compare([timed[place] for place in (best, *others)], scatter, 0, near)
             rows += zip(others, compared[1:], strict=True)
     for (place, row), holds in zip(rows, discoveries([row.p for _, row in rows]), strict=True):
-        found[place] = row.ratio, row.low, row.high, _either(row, bool(holds))
-    return found
+        against[place] = row.ratio, row.low, row.high, _either(row, bool(holds))
+    return against
 
 
 def _either(row: Compared, claimed: bool) -> str:
@@ -150,21 +150,14 @@ def _compare_counts(table: pd.DataFrame) -> list[tuple[float, float, float, str]
     """As `_against`, by counts."""
     least = table[table["division"] == THIRD].groupby([*PROBLEM, "target"])["calls"].min()
     keys = zip(*(table[name] for name in (*PROBLEM, "target")), strict=True)
-    found = []
+    against = []
     for key, row in zip(keys, records(table, ("division", "calls")), strict=True):
         other = row["division"] != THIRD and key in least.index
         ratio = row["calls"] / float(least[key]) if other else math.nan
-        of = (
-            ""
-            if not other
-            else EQUAL
-            if abs(math.log(ratio)) <= math.log(SAME_COUNT)
-            else SLOWER
-            if ratio > 1
-            else FASTEST
-        )
-        found.append((ratio, ratio, ratio, of))
-    return found
+        is_equal = other and abs(math.log(ratio)) <= math.log(SAME_COUNT)
+        of = "" if not other else EQUAL if is_equal else SLOWER if ratio > 1 else FASTEST
+        against.append((ratio, ratio, ratio, of))
+    return against
 
 
 def _within(rows: pd.DataFrame, error: float) -> pd.Series:

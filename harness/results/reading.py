@@ -80,10 +80,10 @@ def load(path: str | Path, superseded: bool = False) -> Any:
     extras.require("report", "a table of results")
     import pandas  # slow to load: the command line starts without it
 
-    found = columns(path, superseded)
+    by_name = columns(path, superseded)
     # Texts are objects in every version of pandas: as its own type of texts they take more memory and time.
     return pandas.DataFrame(
-        {name: pandas.Series(found.pop(name), dtype=object if name in TEXTS else None) for name in list(found)}
+        {name: pandas.Series(by_name.pop(name), dtype=object if name in TEXTS else None) for name in list(by_name)}
     )
 
 
@@ -107,8 +107,8 @@ def rows(path: str | Path, superseded: bool = False) -> list[dict[str, Any]]:
     ValueError
         As `load` does.
     """
-    found = columns(path, superseded)
-    return [dict(zip(found, values, strict=True)) for values in zip(*found.values(), strict=True)]
+    by_name = columns(path, superseded)
+    return [dict(zip(by_name, values, strict=True)) for values in zip(*by_name.values(), strict=True)]
 
 
 def columns(path: str | Path, superseded: bool = False) -> dict[str, list[Any]]:
@@ -118,31 +118,31 @@ def columns(path: str | Path, superseded: bool = False) -> dict[str, list[Any]]:
         selected = {table: schema.list_columns(table) for table in ("trials", "measurements")}
         cursor = db.execute(_CURRENT.format(condition=condition, **selected))
         names = [column[0] for column in cursor.description]  # trial_key comes from both tables
-        found: dict[str, list[Any]] = {name: [] for name in names}
+        by_name: dict[str, list[Any]] = {name: [] for name in names}
         shown: dict[str, dict[Any, Any]] = {name: {None: None} for name in TEXTS}
         while part := cursor.fetchmany(ROWS):
             for name, values in dict(zip(names, zip(*part, strict=True), strict=True)).items():
                 known = shown.get(name)
                 if known is not None:
                     known |= {text: visible(text, name in IN_LINES) for text in set(values) - known.keys()}
-                found[name] += values if known is None else map(known.__getitem__, values)
-    both = zip(found["rhs_calls"], found["steps"], strict=True)
-    found["work"] = [steps if calls is None else calls for calls, steps in both]
-    found["more_seconds"] = _more_seconds(found)
-    return found
+                by_name[name] += values if known is None else map(known.__getitem__, values)
+    both = zip(by_name["rhs_calls"], by_name["steps"], strict=True)
+    by_name["work"] = [steps if calls is None else calls for calls, steps in both]
+    by_name["more_seconds"] = _more_seconds(by_name)
+    return by_name
 
 
-def _more_seconds(found: Mapping[str, Sequence[Any]]) -> list[float | None]:
+def _more_seconds(by_name: Mapping[str, Sequence[Any]]) -> list[float | None]:
     """Seconds of one more pass over the case's span: from the times over several spans and over one, in one launch.
 
     Both are without waits for a processor, which a longer call has more of. None without this measurement, and where the
     longer time is less than APART times the other.
     """
-    waits = zip(found["seconds_median"], found["delay_seconds"], strict=True)
+    waits = zip(by_name["seconds_median"], by_name["delay_seconds"], strict=True)
     times = [None if seconds is None else seconds - (delay or 0.0) for seconds, delay in waits]
     names = ("variant", "case", "formulation", "library", "integrator_id", "setting", "machine", "run", "launch")
     longer: dict[tuple[Any, ...], tuple[int, float]] = {}
-    timed = list(zip(found["error_max"], times, *(found[name] for name in names), strict=True))
+    timed = list(zip(by_name["error_max"], times, *(by_name[name] for name in names), strict=True))
     for error, seconds, variant, *rest in timed:
         own, label, factor = variant.partition(TIMING_SPAN)
         # A solution without an error is not finite: its time is no motion's.
@@ -166,8 +166,8 @@ def states(path: str | Path, measurements: Sequence[int] | None = None) -> dict[
         if measurements is None:
             rows = db.execute(query).fetchall()
         else:
-            found = (db.execute(f"{query} WHERE measurement = ?", (int(number),)) for number in measurements)
-            rows = [row for each in found for row in each]
+            cursors = (db.execute(f"{query} WHERE measurement = ?", (int(number),)) for number in measurements)
+            rows = [row for cursor in cursors for row in cursor]
         return {number: _array(number, dimension, blob) for number, dimension, blob in rows}
 
 
@@ -189,14 +189,14 @@ def runs(path: str | Path) -> list[dict[str, Any]]:
     Raises ValueError as `load` does.
     """
     with opening.reading(path, ["runs", "environment"]) as db:
-        found = [
+        all_runs = [
             {name: _show(value) for name, value in zip(schema.TABLES["runs"], row, strict=True)}
             for row in db.execute(f"SELECT {schema.list_columns('runs')} FROM runs ORDER BY run").fetchall()
         ]
-        for run in found:
+        for run in all_runs:
             rows = db.execute("SELECT name, value FROM environment WHERE run = ?", (run["run"],))
             run["environment"] = {visible(name): _show(value) for name, value in rows}
-    return found
+    return all_runs
 
 
 def _show(value: Any) -> Any:

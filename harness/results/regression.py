@@ -163,32 +163,33 @@ def changes(base: Sequence[Row], run: Sequence[Row]) -> list[SeriesChange]:
     """
     before, after = _series(base), _series(run)
     # Launches of two files share no effect, though they have equal numbers.
-    launches = [(sign, one) for sign, side in ((1, base), (-1, run)) for one in list_launched(side)]
     scatter = scatter_of(
-        one._replace(times={(sign * number, n): x for (number, n), x in one.times.items()}) for sign, one in launches
+        series._replace(times={(sign * number, n): x for (number, n), x in series.times.items()})
+        for sign, side in ((1, base), (-1, run))
+        for series in list_launched(side)
     )
-    found, judged = list[SeriesChange](), list[Compared | None]()
+    compared, judged = list[SeriesChange](), list[Compared | None]()
     for name in dict.fromkeys([*before, *after]):
         rows = before.get(name, ()), after.get(name, ())
         if any(row["status"] not in CANNOT_RUN for side in rows for row in side):
             pairs = _pair_solved(*rows)
-            found.append(_change(name, pairs, *rows))
+            compared.append(_change(name, pairs, *rows))
             timed = [pair for pair in pairs if pair[0]["machine"] == pair[1]["machine"]]
             judged.append(_compare_times(name[-1], timed, scatter))
-    held = iter(discoveries([one.p for one in judged if one is not None]))
+    held = iter(discoveries([row.p for row in judged if row is not None]))
     return [
-        one if row is None else replace(one, seconds=_with_time(one.seconds, row, bool(next(held))))
-        for one, row in zip(found, judged, strict=True)
+        change if row is None else replace(change, seconds=_with_time(change.seconds, row, bool(next(held))))
+        for change, row in zip(compared, judged, strict=True)
     ]
 
 
-def slower(found: Sequence[SeriesChange]) -> list[str]:
+def slower(compared: Sequence[SeriesChange]) -> list[str]:
     """A line for each series that is slower than the base by more than EQUAL_WITHIN: advice, because machines differ."""
     return [
-        f"{' '.join(one.name)}: {one.seconds.ratio:.2g} ({one.seconds.low:.2g} – {one.seconds.high:.2g}) times the time of the"
-        " base (advisory)"
-        for one in found
-        if one.seconds.state == SLOWER and one.seconds.ratio > EQUAL_WITHIN
+        f"{' '.join(change.name)}: {change.seconds.ratio:.2g} ({change.seconds.low:.2g} – {change.seconds.high:.2g})"
+        " times the time of the base (advisory)"
+        for change in compared
+        if change.seconds.state == SLOWER and change.seconds.ratio > EQUAL_WITHIN
     ]
 
 
@@ -196,9 +197,9 @@ def _pair_solved(before: Sequence[Row], after: Sequence[Row]) -> list[tuple[Row,
     """The settings that are ok in both runs and comparable."""
     pairs = _pair_rows([row for row in before if row["status"] == Status.OK], after)
     return [
-        (row, found)
-        for row, found in pairs
-        if found is not None and found["status"] == Status.OK and _incomparable(row, found) is None
+        (row, later)
+        for row, later in pairs
+        if later is not None and later["status"] == Status.OK and _incomparable(row, later) is None
     ]
 
 
@@ -217,7 +218,7 @@ def _compare_times(integrator_id: str, pairs: Sequence[tuple[Row, Row]], scatter
         sides.append(Timed(integrator_id, whole) if whole else None)
     if None in sides:
         return None
-    return compare_times([one for one in sides if one is not None], scatter, 0, 1)[1]
+    return compare_times([side for side in sides if side is not None], scatter, 0, 1)[1]
 
 
 def _with_time(change: TimeChange, row: Compared, claimed: bool) -> TimeChange:
@@ -260,27 +261,27 @@ def _series(rows: Iterable[Row]) -> dict[tuple[str, ...], list[dict[str, Any]]]:
 
     `times` are the times of all launches on the machine of the row, and `seconds` is their geometric mean.
     """
-    found: dict[tuple[str, ...], list[dict[str, Any]]] = {}
+    by_series: dict[tuple[str, ...], list[dict[str, Any]]] = {}
     times: dict[Any, dict[int, float]] = {}
     for row in rows:
         name, read = _name(row), _read(row)
         if row["launch"] == 1:
-            found.setdefault(name, []).append(read)
+            by_series.setdefault(name, []).append(read)
         if not math.isnan(read["seconds_median"]):
             times.setdefault((name, read["setting"], read["machine"]), {})[row["launch"]] = read["seconds_median"]
-    for name, of in found.items():
+    for name, of in by_series.items():
         for row in of:
             row["times"] = times.get((name, row["setting"], row["machine"]), {})
             row["seconds"] = geometric_mean(row["times"].values()) if row["times"] else math.nan
-    return found
+    return by_series
 
 
 def _read(row: Row) -> dict[str, Any]:
-    found: dict[str, Any] = {name: row[name] for name in (*TEXTS, *NUMBERS)}
+    values: dict[str, Any] = {name: row[name] for name in (*TEXTS, *NUMBERS)}
     for name in NUMBERS:
-        if found[name] is None or found[name] != found[name]:
-            found[name] = FILLED.get(name, math.nan)
-    return found
+        if values[name] is None or values[name] != values[name]:
+            values[name] = FILLED.get(name, math.nan)
+    return values
 
 
 def reasons(counted: Counter[str]) -> str:
@@ -292,14 +293,14 @@ def _compare(name: str, before: Sequence[Row], after: Sequence[Row], verdict: Ve
     hangs = any(is_certain_timeout(row["status"], row["reason"], row["repeats"]) for row in after)
     both: list[tuple[Row, Row]] = []
     left_out: Counter[str] = Counter()
-    for row, found in _pair_rows([row for row in before if row["status"] in ANSWERED], after):
-        lacking = _lacking(row, found, hangs)
-        reason = lacking or (_incomparable(row, found) if found else None)
+    for row, later in _pair_rows([row for row in before if row["status"] in ANSWERED], after):
+        lacking = _lacking(row, later, hangs)
+        reason = lacking or (_incomparable(row, later) if later else None)
         if reason is not None:
             left_out[reason] += 1
             verdict.allowed += lacking is not None
-        elif found is not None:
-            both.append((row, found))
+        elif later is not None:
+            both.append((row, later))
     verdict.not_compared += left_out
     verdict.compared += bool(both)
     verdict.settings += len(both)

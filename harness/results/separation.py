@@ -147,14 +147,14 @@ UNMEASURED = Scatter({}, Known(ASSUMED**2, ASSUMED_FREEDOM), ASSUMED_FREEDOM, AS
 
 def scatter_of(series: Iterable[Timed]) -> Scatter:
     """The scatter of series that were launched several times, each at one setting; others are passed over."""
-    every = [one for one in series if len(one.times) > 1]
+    every = [timed for timed in series if len(timed.times) > 1]
     if not every:
         return UNMEASURED
     squares, effects = _without_shared(every)
-    freedoms = [len(one.times) - 1.0 for one in every]
+    freedoms = [len(timed.times) - 1.0 for timed in every]
     of: dict[Class, list[int]] = {}
-    for place, one in enumerate(every):
-        of.setdefault(one.kind, []).append(place)
+    for place, timed in enumerate(every):
+        of.setdefault(timed.kind, []).append(place)
     sums = {kind: (float(squares[at].sum()), sum(freedoms[n] for n in at)) for kind, at in of.items()}
     total, freedom = (sum(each) for each in zip(*sums.values(), strict=True))
     whole = max(total / freedom, LEAST**2)
@@ -175,11 +175,11 @@ def _without_shared(every: Sequence[Timed]) -> tuple[Floats, float]:
 
     An effect is the median over the series of that launch, found from SHARED series at least.
     """
-    places = {key: place for place, key in enumerate(sorted(set().union(*(one.times for one in every))))}
-    counts = np.array([len(one.times) for one in every])
+    places = {key: place for place, key in enumerate(sorted(set().union(*(timed.times for timed in every))))}
+    counts = np.array([len(timed.times) for timed in every])
     of = np.repeat(np.arange(len(every)), counts)
-    launch = np.array([places[key] for one in every for key in one.times])
-    logs = np.log(np.array([value for one in every for value in one.times.values()]))
+    launch = np.array([places[key] for timed in every for key in timed.times])
+    logs = np.log(np.array([value for timed in every for value in timed.times.values()]))
     members = [np.flatnonzero(launch == place) for place in range(len(places))]
     effects, usable = np.zeros(len(places)), [place for place, at in enumerate(members) if len(at) >= SHARED]
     for _ in range(ROUNDS):
@@ -198,13 +198,13 @@ ROUNDS = 10
 """Rounds in which means of series and effects of launches are found in turn; they agree to 1e-3 after three."""
 
 
-def _freedom(found: Sequence[tuple[float, float, float]]) -> float:
+def _freedom(variances: Sequence[tuple[float, float, float]]) -> float:
     """The degrees of freedom of variances about their expectations, from (variance, its degrees of freedom, expectation).
 
     If all variances are as expected, their logarithms scatter by trigamma(n/2) each. The rest of the scatter is from
     differences between the variances.
     """
-    usable = [(max(value, LEAST**2 / 4) / expected, n) for value, n, expected in found if n > 0]
+    usable = [(max(value, LEAST**2 / 4) / expected, n) for value, n, expected in variances if n > 0]
     if len(usable) < 2:
         return MOST_FREEDOM
     logs = np.array([math.log(value) - digamma(n / 2) + math.log(n / 2) for value, n in usable])
@@ -224,9 +224,9 @@ def compare(cell: Sequence[Timed], scatter: Scatter, first: int | None = None, c
     Intervals and p values are corrected for the number of series that could have been the fastest: the series that are
     behind by at most the half width of an interval that is corrected for all series.
     """
-    means = np.array([math.log(one.middle) for one in cell])
+    means = np.array([math.log(timed.middle) for timed in cell])
     best = int(np.argmin(means)) if first is None else first
-    parts = [_series(one, scatter) for one in cell]
+    parts = [_series(timed, scatter) for timed in cell]
     errors, freedoms = zip(*(_error(cell, parts, scatter, place, best) for place in range(len(cell))), strict=True)
     error, freedom, behind = np.array(errors), np.array(freedoms), means - means[best]
     chosen = candidates or len(cell) - 1
@@ -236,11 +236,11 @@ def compare(cell: Sequence[Timed], scatter: Scatter, first: int | None = None, c
     half = stdtrit(freedom, 1 - RATE / (2 * max(chosen, 1))) * error
     with np.errstate(invalid="ignore", divide="ignore"):
         p = np.minimum(1.0, 2 * max(chosen, 1) * stdtr(freedom, -np.abs(behind) / error))
-    found = []
+    compared = []
     for place, (middle, width, value) in enumerate(zip(behind, half, p, strict=True)):
         ratio, low, high = (math.exp(x) for x in (middle, middle - width, middle + width))
-        found.append(Compared(1.0, 1.0, 1.0, 1.0) if place == best else Compared(ratio, low, high, float(value)))
-    return found
+        compared.append(Compared(1.0, 1.0, 1.0, 1.0) if place == best else Compared(ratio, low, high, float(value)))
+    return compared
 
 
 def compare_ratios(pairs: Sequence[Sequence[float]]) -> list[Compared]:
@@ -251,46 +251,46 @@ def compare_ratios(pairs: Sequence[Sequence[float]]) -> list[Compared]:
     # Both sides of a pair ran in one launch, so that its effect cancels: launches of different pairs share none.
     every = [Timed("", {(pair, n): ratio for n, ratio in enumerate(ratios)}) for pair, ratios in enumerate(pairs)]
     scatter = scatter_of(every)
-    found = []
-    for one in every:
-        known, share = _series(one, scatter)
-        part = known.variance / len(one.times)
-        freedom = 1 / (1 / known.freedom + share**2 / scatter.of(one.kind).freedom)
-        middle, width = math.log(one.middle), float(stdtrit(freedom, 1 - RATE / 2)) * math.sqrt(part)
+    compared = []
+    for timed in every:
+        known, share = _series(timed, scatter)
+        part = known.variance / len(timed.times)
+        freedom = 1 / (1 / known.freedom + share**2 / scatter.of(timed.kind).freedom)
+        middle, width = math.log(timed.middle), float(stdtrit(freedom, 1 - RATE / 2)) * math.sqrt(part)
         p = min(1.0, 2 * float(stdtr(freedom, -abs(middle) / math.sqrt(part))))
-        found.append(Compared(one.middle, math.exp(middle - width), math.exp(middle + width), p))
-    return found
+        compared.append(Compared(timed.middle, math.exp(middle - width), math.exp(middle + width), p))
+    return compared
 
 
 STRICT = 0.01
 """The level at which a series counts as one that could have been the fastest."""
 
 
-def _series(one: Timed, scatter: Scatter) -> tuple[Known, float]:
+def _series(timed: Timed, scatter: Scatter) -> tuple[Known, float]:
     """The variance of a launch of a series, its class's combined with its own; and the weight of its class in it."""
-    of, own = scatter.of(one.kind), len(one.times) - 1
+    of, own = scatter.of(timed.kind), len(timed.times) - 1
     if own < 1:
         return Known(of.variance, scatter.freedom), 1.0
-    logs = np.log([*one.times.values()])
+    logs = np.log([*timed.times.values()])
     about = scatter.freedom + own
     share = scatter.freedom / about
     return Known(share * of.variance + float(np.sum((logs - logs.mean()) ** 2)) / about, about), share
 
 
 def _error(
-    cell: Sequence[Timed], parts: Sequence[tuple[Known, float]], scatter: Scatter, one: int, other: int
+    cell: Sequence[Timed], parts: Sequence[tuple[Known, float]], scatter: Scatter, first: int, second: int
 ) -> tuple[float, float]:
     """The standard error of the difference of two series' mean logarithms, and its degrees of freedom.
 
     By Welch and Satterthwaite; an error of a class is shared by both series if it is the class of both.
     """
-    if one == other:
+    if first == second:
         return 0.0, MOST_FREEDOM
-    weights = [{key: 1 / len(cell[n].times) for key in cell[n].times} for n in (one, other)]
+    weights = [{key: 1 / len(cell[n].times) for key in cell[n].times} for n in (first, second)]
     unlike = sum((weights[0].get(key, 0.0) - weights[1].get(key, 0.0)) ** 2 for key in weights[0] | weights[1])
     total = scatter.shared * unlike
     single, classes = 0.0, dict[Class, float]()
-    for n in (one, other):
+    for n in (first, second):
         known, share = parts[n]
         part = known.variance / len(cell[n].times)
         total += part
@@ -306,10 +306,10 @@ def states(cells: Sequence[Sequence[Compared]]) -> list[list[str]]:
     firsts = [[(row.ratio, -row.p) for row in rows].index(min((row.ratio, -row.p) for row in rows)) for rows in cells]
     claims = [(c, n) for c, rows in enumerate(cells) for n in range(len(rows)) if n != firsts[c]]
     held = discoveries([cells[c][n].p for c, n in claims])
-    found = [[FASTEST] * len(rows) for rows in cells]
+    by_cell = [[FASTEST] * len(rows) for rows in cells]
     for (c, n), holds in zip(claims, held, strict=True):
-        found[c][n] = state(cells[c][n], bool(holds))
-    return found
+        by_cell[c][n] = state(cells[c][n], bool(holds))
+    return by_cell
 
 
 def state(row: Compared, claimed: bool) -> str:

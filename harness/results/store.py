@@ -136,8 +136,8 @@ class Store:
     def noted(self, suite: str, name: str) -> str | None:
         """The last line of this name in the environment of the last run of a suite that ended; None without it."""
         query = "SELECT value FROM environment WHERE name = ? AND run = (SELECT max(run) FROM runs WHERE suite = ?)"
-        found = self._connection.execute(query, (name, suite)).fetchone()
-        return None if found is None else found[0]
+        row = self._connection.execute(query, (name, suite)).fetchone()
+        return None if row is None else row[0]
 
     def timed(self) -> list[dict[str, Any]]:
         """The timed measurements that count, of default variants in the case's own formulation, for `contenders`."""

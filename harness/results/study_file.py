@@ -24,8 +24,8 @@ def publish(
     parser.add_argument("--out", type=Path, required=True)
     arguments = parser.parse_args()
     rows = dict(calls(partial(_at, measured, subjects), range(len(subjects)), os.cpu_count() or 1, "spawn"))
-    found = {"environment": environment.record(), "rows": [require(rows[k]) for k in range(len(subjects))]}
-    write(found, arguments.out)
+    contents = {"environment": environment.record(), "rows": [require(rows[k]) for k in range(len(subjects))]}
+    write(contents, arguments.out)
 
 
 def _at(measured: Callable[[Subject], Any], subjects: Sequence[Subject], k: int) -> Any:
@@ -33,8 +33,8 @@ def _at(measured: Callable[[Subject], Any], subjects: Sequence[Subject], k: int)
     return measured(subjects[k])
 
 
-def write(found: Any, path: Path) -> None:
+def write(contents: Any, path: Path) -> None:
     """Write JSON to a temporary file and then replace `path`: if the disk is full, the former file stays."""
     path.parent.mkdir(parents=True, exist_ok=True)
     with diskcache.whole(path) as part:
-        part.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+        part.write_text(json.dumps(contents, indent=1) + "\n", encoding="utf-8")

@@ -43,15 +43,15 @@ def series(rows: Iterable[Row]) -> dict[tuple[str, ...], list[dict[str, Any]]]:
 
     A value is the first one over the launches that is not null, but the largest for `error_max`.
     """
-    found: dict[tuple[str, ...], dict[float | None, dict[str, Any]]] = {}
+    by_series: dict[tuple[str, ...], dict[float | None, dict[str, Any]]] = {}
     for row in sorted(tidy(rows), key=lambda row: int(row["launch"])):
-        kept = found.setdefault(tuple(row[name] for name in SERIES), {}).setdefault(row["setting"], dict(row))
+        merged = by_series.setdefault(tuple(row[name] for name in SERIES), {}).setdefault(row["setting"], dict(row))
         for name, value in row.items():
-            if kept[name] is None:
-                kept[name] = value
-        errors = [one for one in (kept["error_max"], row["error_max"]) if one is not None]
-        kept["error_max"] = max(errors, default=None)
-    return {key: [of[s] for s in sorted(of, key=_loosest_first)] for key, of in sorted(found.items())}
+            if merged[name] is None:
+                merged[name] = value
+        errors = [error for error in (merged["error_max"], row["error_max"]) if error is not None]
+        merged["error_max"] = max(errors, default=None)
+    return {key: [of[s] for s in sorted(of, key=_loosest_first)] for key, of in sorted(by_series.items())}
 
 
 def _loosest_first(setting: float | None) -> tuple[bool, float]:
@@ -60,18 +60,18 @@ def _loosest_first(setting: float | None) -> tuple[bool, float]:
 
 def tidy(rows: Iterable[Row]) -> list[dict[str, Any]]:
     """The rows with the times of one machine (see `_machines`), and without errors of one orientation if others have turned starts."""
-    found = [dict(row) for row in rows]
-    for row in found:
+    copies = [dict(row) for row in rows]
+    for row in copies:
         row |= {name: "" if row[name] in (None, own) else row[name] for name, own in OWN_NAMES.items()}
         row["reason"] = row["reason"] or ""
-    machines = _machines(found)
-    turned = {row["trial_key"] for row in found if row["turned_starts"]}
-    for row in found:
+    machines = _machines(copies)
+    turned = {row["trial_key"] for row in copies if row["turned_starts"]}
+    for row in copies:
         if row["machine"] != machines.get(_problem(row), row["machine"]):
             row |= dict.fromkeys(TIMES)
         if row["trial_key"] in turned and row["turned_starts"] is None:
             row |= dict.fromkeys(ERRORS)
-    return found
+    return copies
 
 
 def _machines(rows: Sequence[Row]) -> dict[tuple[str, ...], str]:
@@ -130,27 +130,27 @@ def order(settings: Sequence[Row]) -> tuple[float, float, float, float, float, s
     """(order, margin, lowest, highest, declared, why), as in `analysis.orders`, of settings of fixed steps that are ok."""
     steps, declared = np.array([row["setting"] for row in settings]), _number(settings[0]["order_declared"])
     attainable = float(np.nanmax([[_number(row["conditioning"]), _number(row["floor"]), 0.0] for row in settings]))
-    found, bent, why = None, (math.nan, math.nan), ""
+    slope, bent, why = None, (math.nan, math.nan), ""
     for name in KINDS:
         errors = np.array([_number(row[name]) for row in settings])
         floor = max(attainable, _plateau(steps, errors, declared))
-        found = line(steps.tolist(), errors.tolist(), floor, ON_A_LINE)
+        slope = line(steps.tolist(), errors.tolist(), floor, ON_A_LINE)
         if name == "error_max":
             bent = (slopes(steps.tolist(), errors.tolist(), floor) or (0.0, *bent))[1:]
             why = why_no_line(errors.tolist(), floor) or ("" if bent[0] < math.inf else "no four settings agree")
-        if found is not None:
+        if slope is not None:
             break
-    return *(found or (math.nan, math.nan)), *bent, declared, "" if found else why
+    return *(slope or (math.nan, math.nan)), *bent, declared, "" if slope else why
 
 
 def orders(settings: Mapping[tuple[str, ...], Sequence[Row]]) -> dict[tuple[str, ...], float]:
     """The measured order of each of these `series` that takes fixed steps and has one."""
-    found = {}
+    by_series = {}
     for key, rows in settings.items():
         fixed = [row for row in rows if row["setting_kind"] == "step" and row["status"] == Status.OK]
         if fixed and math.isfinite(measured := order(fixed)[0]):
-            found[key] = measured
-    return found
+            by_series[key] = measured
+    return by_series
 
 
 def _number(value: float | None) -> float:

@@ -101,12 +101,12 @@ def _verify_numbers(db: sqlite3.Connection) -> None:
     """Raise Damaged unless the exact numbers of every trial are a JSON object of fractions by name."""
     for row, text in db.execute("SELECT min(rowid), numbers FROM trials WHERE numbers IS NOT NULL GROUP BY numbers"):
         try:
-            found = json.loads(text)
+            numbers = json.loads(text)
         except (ValueError, RecursionError):
             raise Damaged(f"table trials, row {row}: numbers = {_show(text)} is not JSON") from None
-        if not isinstance(found, dict):
+        if not isinstance(numbers, dict):
             raise Damaged(f"table trials, row {row}: numbers = {_show(text)} is not an object")
-        for name, number in found.items():
+        for name, number in numbers.items():
             if not (isinstance(number, str) and _FRACTION.fullmatch(number)):
                 raise Damaged(f"table trials, row {row}: numbers: {_show(name)} = {_show(number)} is not a fraction")
 

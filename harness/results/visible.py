@@ -17,27 +17,27 @@ _MARKS = re.compile(r"[\\`*~|$]|](?=[(\[:])|(?<![^\W_])_|_(?![^\W_])|(?<=:)/(?=/
 
 def visible(text: str, lines: bool = False) -> str:
     """The text with every invisible character escaped, as \\x1b; tabs and new lines stay if `lines`."""
-    return _UNSEEN.sub(lambda found: found[0] if lines and found[0] in _LINES else ascii(found[0])[1:-1], text)
+    return _UNSEEN.sub(lambda match: match[0] if lines and match[0] in _LINES else ascii(match[0])[1:-1], text)
 
 
 def show(text: str, lines: bool = False) -> str:
     """The text from `visible`; under GitHub Actions it is also free of commands of a workflow."""
     text = visible(text, lines)
     commands = os.environ.get("GITHUB_ACTIONS") == "true"
-    return _COMMANDS.sub(lambda found: f"\\x{ord(found[0]):x}", text) if commands else text
+    return _COMMANDS.sub(lambda match: f"\\x{ord(match[0]):x}", text) if commands else text
 
 
 def shorten(text: str, most: int = 160) -> str:
     """A text of more than `most` characters shortened in its middle: the end of a path identifies it."""
-    kept = most // 2 - 2
-    return text if len(text) <= most else f"{text[:kept]}...{text[-kept:]}"
+    half = most // 2 - 2
+    return text if len(text) <= most else f"{text[:half]}...{text[-half:]}"
 
 
 def markdown(value: object) -> str:
     """A value as plain text for a Markdown file: escaped, so that it has no tag, link, table border or emphasis."""
     if isinstance(value, Verbatim):
         return value
-    text = _MARKS.sub(lambda found: f"\\{found[0]}", re.sub(r"[\t\r\n]+", " ", str(value)))
+    text = _MARKS.sub(lambda match: f"\\{match[0]}", re.sub(r"[\t\r\n]+", " ", str(value)))
     return text.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
 
 

@@ -21,9 +21,9 @@ def choose_system(forms: Sequence[str], subject: str | None = None) -> str | Non
 
     It is a system of the subject if one has an accepted form, else the first system of an accepted form.
     """
-    taken = [name for form in forms for name, row in systems().items() if form in row["forms"]]
-    of_subject = [name for name in taken if subject in systems()[name]["subjects"]]
-    return next(iter([*of_subject, *taken]), None)
+    accepted = [name for form in forms for name, row in systems().items() if form in row["forms"]]
+    of_subject = [name for name in accepted if subject in systems()[name]["subjects"]]
+    return next(iter([*of_subject, *accepted]), None)
 
 
 def code_of(system: str) -> str:

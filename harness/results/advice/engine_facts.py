@@ -53,8 +53,8 @@ def read() -> dict[str, Any]:
             "no league of engines is published with this version; measure it: gnomon run --suite engines, then"
             " python -m gnomon.harness.studies.league RUN --out engines.json, and name it: gnomon engine NAME --from engines.json"
         )
-    found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-    return found
+    league: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    return league
 
 
 def python_text(row: Mapping[str, Any]) -> str:
@@ -74,16 +74,16 @@ def python_texts() -> dict[str, str]:
         return {}
 
 
-def reduce_to_installed(found: Mapping[str, Any]) -> dict[str, Any]:
+def reduce_to_installed(league: Mapping[str, Any]) -> dict[str, Any]:
     """The league as it is installed: without the points of figures, the table of all scenes, and pre-flights that passed."""
-    rows = [{key: value for key, value in row.items() if key != "points"} for row in found["rows"]]
-    failed = [row for row in found["preflights"] if row.get("verdict", "failed") == "failed"]
-    return {**found, "rows": rows, "table": {}, "preflights": failed}
+    rows = [{key: value for key, value in row.items() if key != "points"} for row in league["rows"]]
+    failed = [row for row in league["preflights"] if row.get("verdict", "failed") == "failed"]
+    return {**league, "rows": rows, "table": {}, "preflights": failed}
 
 
-def library_of(found: Mapping[str, Any], name: str) -> str:
+def library_of(league: Mapping[str, Any], name: str) -> str:
     """The library of an engine by its name or title. Raises ValueError, which names the nearest, for another name."""
-    known = {key: one["library"] for one in found["engines"] for key in (one["library"], one["title"].lower())}
+    known = {key: way["library"] for way in league["engines"] for key in (way["library"], way["title"].lower())}
     if name.lower() not in known:
         raise ValueError(f"no engine of the league is called {name!r}; {nearest(name, known)}")
     return str(known[name.lower()])
@@ -97,14 +97,14 @@ def failure_text(row: Mapping[str, Any]) -> str:
     return f"{row['scene']}: {row['measured']:.2g}, at most {row['bound']:.2g} passes ({text})"
 
 
-def ways(found: Mapping[str, Any], library: str) -> list[dict[str, Any]]:
-    return [one for one in found["engines"] if one["library"] == library]
+def ways(league: Mapping[str, Any], library: str) -> list[dict[str, Any]]:
+    return [way for way in league["engines"] if way["library"] == library]
 
 
-def kinds(found: Mapping[str, Any], way: str, needs: Mapping[str, frozenset[str]]) -> Iterator[Kind]:
+def kinds(league: Mapping[str, Any], way: str, needs: Mapping[str, frozenset[str]]) -> Iterator[Kind]:
     """The kinds of scenes that a way to drive an engine ran. `needs`: the tokens of the scene of each case."""
-    scenes = {one["scene"]: one for one in found["scenes"]}
-    rows = [row for row in found["rows"] if row["integrator"] == way and row["status"] == "ran"]
+    scenes = {scene["scene"]: scene for scene in league["scenes"]}
+    rows = [row for row in league["rows"] if row["integrator"] == way and row["status"] == "ran"]
     for name in (POINTS, *reversed(KINDS)):
         own = [row for row in rows if kind_of(needs[row["scene"].partition("/")[0]]) == name]
         if own:
@@ -129,7 +129,7 @@ def _kind(name: str, rows: Sequence[Mapping[str, Any]], scenes: Mapping[str, Map
 
 
 def _step(rows: Sequence[Mapping[str, Any]], scenes: Mapping[str, Mapping[str, Any]], target: str) -> tuple[float, int]:
-    found = [
+    steps = [
         row["steps"][target] / scenes[row["scene"]]["time_scale"] for row in rows if row["steps"][target] is not None
     ]
-    return (min(found), len(found)) if found else (math.nan, 0)
+    return (min(steps), len(steps)) if steps else (math.nan, 0)

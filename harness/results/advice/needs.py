@@ -227,7 +227,7 @@ class _Reached:
 
     def near(self, relative: float) -> Mapping[str, Any] | None:
         """The loosest measured setting that is not above a relative setting; None without one."""
-        return next((one for one in self.sweep if one["relative"] <= relative * SAME), None)
+        return next((point for point in self.sweep if point["relative"] <= relative * SAME), None)
 
 
 @dataclass(frozen=True)
@@ -246,20 +246,20 @@ class _System:
 
     def held(self, relative: float, error: float) -> bool:
         """Whether the measured error at a relative setting is at most `error` on all problems."""
-        found = [one.near(relative) for one in self.at]
-        return all(one is not None and one["error"] <= error for one in found)
+        nearest = [series.near(relative) for series in self.at]
+        return all(point is not None and point["error"] <= error for point in nearest)
 
     def seconds_at(self, relative: float) -> float:
         """The median over the problems of the measured time at a relative setting."""
-        return _median(one["seconds"] for one in (each.near(relative) for each in self.at) if one is not None)
+        return _median(point["seconds"] for point in (series.near(relative) for series in self.at) if point is not None)
 
     @property
     def seconds(self) -> float:
-        return statistics.median(one.seconds for one in self.at)
+        return statistics.median(series.seconds for series in self.at)
 
     @property
     def evaluations(self) -> float:
-        return _median(one.evaluations for one in self.at)
+        return _median(series.evaluations for series in self.at)
 
 
 class Measurements:
@@ -282,7 +282,7 @@ class Measurements:
             (row["case"], row["variant"], row["integrator_id"], row["target"]): row for row in records(rows, columns)
         }
         self._sweeps = _sweeps(own)
-        self._held = {key: credit_errors([one["error"] for one in sweep]) for key, sweep in self._sweeps.items()}
+        self._held = {key: credit_errors([point["error"] for point in sweep]) for key, sweep in self._sweeps.items()}
         facts = own.assign(spans=own["span"] / own["time_scale"]).groupby(["case", "variant"])
         self._facts = facts[["spans", "conditioning"]].first().to_dict("index")
 
@@ -312,11 +312,14 @@ class Measurements:
         within = np.flatnonzero(held <= error)
         # Errors of later launches may be larger than those of the launch that `equal_error` takes.
         place = int(within[0]) if len(within) else int(np.argmin(held))
-        calls = [one["calls"] for one in sweep]
+        calls = [point["calls"] for point in sweep]
         evaluations = crossing(held, calls, error)[0] if min(calls) > 0 else math.nan
-        one = sweep[place]
+        point = sweep[place]
         setting = Setting(
-            integrator, *problem, one["kind"], one["setting"], one["relative"], one["error"], parameter_name(integrator)
+            integrator,
+            *problem,
+            *(point[key] for key in ("kind", "setting", "relative", "error")),
+            parameter_name(integrator),
         )
         return _Reached(row["seconds"], row["null_share"], row["times"], evaluations, setting, sweep)
 
@@ -340,7 +343,7 @@ class Measurements:
             min(spans),
             max(spans),
             max(self._facts[problem]["conditioning"] for problem in problems),
-            max((one for one in orbits if not math.isnan(one)), default=math.nan),
+            max((value for value in orbits if not math.isnan(value)), default=math.nan),
         )
 
     def systems(
@@ -350,36 +353,36 @@ class Measurements:
 
         A system on one of whose problems the method is exact by construction shows nothing about it, and is left out.
         """
-        found: dict[str, list[tuple[Problem, str]]] = {}
+        by_case: dict[str, list[tuple[Problem, str]]] = {}
         for problem in problems:
             name = methods if isinstance(methods, str) else methods.get(problem[0])
             if name is not None and self.tried(problem, name):
-                found.setdefault(problem[0], []).append((problem, name))
+                by_case.setdefault(problem[0], []).append((problem, name))
         return {
             case: self._system(all_, error)
-            for case, all_ in found.items()
+            for case, all_ in by_case.items()
             if not any(self.exact(problem, name) for problem, name in all_)
         }
 
     def _system(self, tried: Sequence[tuple[Problem, str]], error: float) -> _System:
         reached = [self.reached(problem, name, error) for problem, name in tried]
         least = max(self.least(problem, name) for problem, name in tried)
-        at = [one for one in reached if one is not None]
+        at = [series for series in reached if series is not None]
         return _System(len(at) == len(tried), at, least, [problem for problem, _ in tried])
 
 
 def _sweeps(timed: pd.DataFrame) -> dict[tuple[str, ...], list[dict[str, Any]]]:
     """The scored settings of each series, loosest first, by case, variant and integrator."""
-    found: dict[tuple[str, ...], list[dict[str, Any]]] = {}
+    sweeps: dict[tuple[str, ...], list[dict[str, Any]]] = {}
     columns = (*SERIES, "status", "setting", "setting_kind", "error_max", "rhs_calls", "time_scale", "seconds")
     for row in records(settings(timed[timed["status"].isin(SCORED)]), columns):
         error = math.inf if row["status"] == Status.DIVERGED else row["error_max"]
         relative = row["setting"] / (row["time_scale"] if row["setting_kind"] == "step" else 1.0)
-        of = found.setdefault((row["case"], row["variant"], row["integrator_id"]), [])
-        one = {"setting": row["setting"], "kind": row["setting_kind"], "relative": relative, "error": error}
-        one |= {"calls": row["rhs_calls"] if row["rhs_calls"] > 0 else math.nan, "seconds": row["seconds"]}
-        of.append(one)
-    return found
+        of = sweeps.setdefault((row["case"], row["variant"], row["integrator_id"]), [])
+        point = {"setting": row["setting"], "kind": row["setting_kind"], "relative": relative, "error": error}
+        point |= {"calls": row["rhs_calls"] if row["rhs_calls"] > 0 else math.nan, "seconds": row["seconds"]}
+        of.append(point)
+    return sweeps
 
 
 @cache
@@ -387,9 +390,9 @@ def eccentricity(case: str, variant: str) -> float:
     """The eccentricity of a case's orbit; nan for a motion that is not a Kepler orbit, and for a case that is not installed."""
     if case not in registry.installed_names():
         return math.nan
-    made = registry.get(case, variant or None)
+    motion = registry.get(case, variant or None)
     # Other motions are integrated, and have no eccentricity: their derived quantities take seconds.
-    known = {} if isinstance(made, IntegratedCase) else made.quantities()
+    known = {} if isinstance(motion, IntegratedCase) else motion.quantities()
     return float(known.get("eccentricity", math.nan))
 
 
@@ -401,8 +404,8 @@ def parameter_name(integrator: str) -> str:
 
 def kind_of(forms: Mapping[str, AbstractSet[str]]) -> dict[str, str]:
     """The kind of each case, from the forms that it offers: the first kind of the page with one of them."""
-    found = {case: kinds.kind_of(offered) for case, offered in forms.items()}
-    return {case: kind for case, kind in found.items() if kind is not None}
+    by_case = {case: kinds.kind_of(offered) for case, offered in forms.items()}
+    return {case: kind for case, kind in by_case.items() if kind is not None}
 
 
 def needs(
@@ -415,23 +418,26 @@ def needs(
 
     `margin`: the factor of reliable tolerances (see `Reliable`). One false discovery rate covers all claims that a method is better than a representative.
     """
-    chosen = [one for one in SUBJECTS.values() if one.need] if subjects is None else subjects
-    made = [(one, error, _of(measured, one, error, margin)) for one in chosen for error in errors or (one.error,)]
-    claims = [claim for *_, answers in made for _, found in answers for claim in found]
-    holds = {id(claim) for claim, held in zip(claims, discoveries([one.p for one in claims]), strict=True) if held}
-    found = []
-    for subject, error, answers in made:
-        kept = []
-        for one, of in answers:
-            best = _best([claim for claim in of if id(claim) in holds])
+    chosen = [subject for subject in SUBJECTS.values() if subject.need] if subjects is None else subjects
+    asked = [(subject, error) for subject in chosen for error in errors or (subject.error,)]
+    answered = [_of(measured, subject, error, margin) for subject, error in asked]
+    claims = [claim for answers in answered for _, others in answers for claim in others]
+    holds = {id(claim) for claim, held in zip(claims, discoveries([claim.p for claim in claims]), strict=True) if held}
+    all_needs = []
+    for (subject, error), answers in zip(asked, answered, strict=True):
+        completed = []
+        for answer, others in answers:
+            best = _best([claim for claim in others if id(claim) in holds])
             if best is not None:
-                better = _answer(measured, best.systems, one.library, one.division, (best.integrator,), error, margin)
-                one = replace(one, better=replace(better, among=len(of) + 1, how=best.how))
-            kept.append(one)
+                better = _answer(
+                    measured, best.systems, answer.library, answer.division, (best.integrator,), error, margin
+                )
+                answer = replace(answer, better=replace(better, among=len(others) + 1, how=best.how))
+            completed.append(answer)
         problems = measured.subject_problems(subject)
         costs = _costs(measured, subject, problems, error)
-        found.append(Need(subject, error, len({case for case, _ in problems}), kept, costs))
-    return found
+        all_needs.append(Need(subject, error, len({case for case, _ in problems}), completed, costs))
+    return all_needs
 
 
 @dataclass(frozen=True)
@@ -451,15 +457,15 @@ class _Claim:
 def _of(measured: Measurements, subject: Subject, error: float, margin: float) -> list[tuple[Answer, list[_Claim]]]:
     """The answer of each library, with the claims for its other methods."""
     problems = measured.subject_problems(subject)
-    found = []
-    for library, one in LIBRARIES.items():
-        if one.suite is None or library in measured.libraries.values():
-            found.append(_library(measured, subject, problems, library, error, margin))
+    answers = []
+    for library, declared in LIBRARIES.items():
+        if declared.suite is None or library in measured.libraries.values():
+            answers.append(_library(measured, subject, problems, library, error, margin))
     for name, library in measured.libraries.items():
         if library not in LIBRARIES and library != OURS:
             answer = _answer(measured, measured.systems(problems, name, error), library, YOURS, (name,), error, margin)
-            found.append((answer, []))
-    return [*found, _library(measured, subject, problems, OURS, error, margin)]
+            answers.append((answer, []))
+    return [*answers, _library(measured, subject, problems, OURS, error, margin)]
 
 
 def _library(
@@ -496,19 +502,19 @@ def _answer(
     why: str = "",
 ) -> Answer:
     """The medians over the systems that are reached."""
-    good = [one for one in systems.values() if one.reached]
+    good = [system for system in systems.values() if system.reached]
     rests_on = measured.span(good or systems.values())
     why = why or ("" if systems else "not run")
     answer = Answer(library, division, methods, why, len(systems), len(good), rests_on=rests_on)
     if not good:
-        least = sorted(one.least for one in systems.values())
+        least = sorted(system.least for system in systems.values())
         half = least[(len(least) - 1) // 2] if least else math.inf
         return replace(answer, best_error=half) if math.isfinite(half) else answer
     by_method: dict[str, list[_System]] = {}
-    for one in good:
-        by_method.setdefault(one.integrator, []).append(one)
+    for system in good:
+        by_method.setdefault(system.integrator, []).append(system)
     ordered = sorted(by_method.values(), key=lambda of: -len(of))
-    each = sorted((one for system in ordered[0] for one in system.at), key=lambda one: -one.setting.relative)
+    chosen = sorted((series.setting for system in ordered[0] for series in system.at), key=lambda of: -of.relative)
     seconds = [system.seconds for system in good]
     return replace(
         answer,
@@ -516,21 +522,21 @@ def _answer(
         low=min(seconds),
         high=max(seconds),
         evaluations=_median(system.evaluations for system in good),
-        setting=each[len(each) // 2].setting,
-        loosest=each[0].setting.relative,
-        tightest=each[-1].setting.relative,
+        setting=chosen[len(chosen) // 2],
+        loosest=chosen[0].relative,
+        tightest=chosen[-1].relative,
         reliable=tuple(_reliable(of, error, margin) for of in ordered),
-        launches=min(len(one.times) for system in good for one in system.at),
+        launches=min(len(series.times) for system in good for series in system.at),
     )
 
 
 def _reliable(systems: Sequence[_System], error: float, margin: float) -> Reliable:
     """The setting to rely on of one method, from the systems that it reaches."""
-    each = [one for system in systems for one in system.at]
-    needed = sorted(one.setting.relative for one in each)
+    each = [series for system in systems for series in system.at]
+    needed = sorted(series.setting.relative for series in each)
     wanted, grid = needed[0], needed
     if each[0].setting.kind == Tolerance.kind:
-        wanted, grid = margin * needed[0], sorted({one["relative"] for of in each for one in of.sweep})
+        wanted, grid = margin * needed[0], sorted({point["relative"] for series in each for point in series.sweep})
     first = max(bisect_right(grid, wanted * SAME) - 1, 0)
     chosen, held = grid[first], list[_System]()
     for value in grid[first:]:  # of settings that hold on as many systems, the one nearest to the margin
@@ -540,8 +546,8 @@ def _reliable(systems: Sequence[_System], error: float, margin: float) -> Reliab
         if len(held) == len(systems) or value > needed[-1]:
             break
     seconds = _median(system.seconds_at(chosen) for system in held)
-    one = each[0].setting
-    return Reliable(one.integrator, one.kind, chosen, len(held), len(systems), seconds, one.name)
+    setting = each[0].setting
+    return Reliable(setting.integrator, setting.kind, chosen, len(held), len(systems), seconds, setting.name)
 
 
 def _median(values: Iterable[float]) -> float:
@@ -580,19 +586,19 @@ def _claim(systems: Mapping[str, _System], name: str, base: Mapping[str, _System
     return _Claim(name, systems, how, min(1.0, 2 * min(reach, speed)), gained, ratio)
 
 
-def _faster(one: _System, base: _System) -> float:
-    """The mean logarithm of the base's time over one's, over the problems of a system and their common launches."""
-    found = []
-    for mine, other in zip(one.at, base.at, strict=True):
+def _faster(system: _System, base: _System) -> float:
+    """The mean logarithm of the base's time over the system's, over its problems and their common launches."""
+    means = []
+    for mine, other in zip(system.at, base.at, strict=True):
         common = mine.times.keys() & other.times.keys()
         if common:
-            found.append(statistics.fmean(math.log(other.times[key] / mine.times[key]) for key in common))
-    return statistics.fmean(found) if found else math.nan
+            means.append(statistics.fmean(math.log(other.times[key] / mine.times[key]) for key in common))
+    return statistics.fmean(means) if means else math.nan
 
 
 def _best(held: Sequence[_Claim]) -> _Claim | None:
     """The best of the methods that are separated from the representatives: most systems, then the least time."""
-    good = [claim for claim in held if any(one.reached for one in claim.systems.values())]
+    good = [claim for claim in held if any(system.reached for system in claim.systems.values())]
     return min(
         good, key=lambda claim: (-claim.more, math.inf if math.isnan(claim.ratio) else claim.ratio), default=None
     )
@@ -603,7 +609,7 @@ def _costs(measured: Measurements, subject: Subject, problems: Sequence[Problem]
     if not subject.decays:
         return []
     rows = []
-    for problem in sorted(problems, key=lambda one: (subject.decays["/".join(one)], one)):
+    for problem in sorted(problems, key=lambda problem: (subject.decays["/".join(problem)], problem)):
         for name, library in measured.libraries.items():
             users = library not in LIBRARIES and library != OURS
             if (name in lookup.STIFF or users) and measured.tried(problem, name):

@@ -67,13 +67,13 @@ class Trial(NamedTuple):
     library: str
     error: float
     setting: float
-    found: float
+    reached: float
     """The error of this setting; inf without a solution."""
     status: str
 
     @property
     def held(self) -> bool:
-        return self.found <= self.error
+        return self.reached <= self.error
 
 
 class Order(NamedTuple):
@@ -98,7 +98,7 @@ class Trials:
 
     def __init__(self, rows: Iterable[Row], systems: Mapping[str, System]) -> None:
         known = [row for row in tidy(rows) if row["case"] in systems and row["status"] not in UNKNOWN]
-        self.systems = {name: one for name, one in systems.items() if any(row["case"] == name for row in known)}
+        self.systems = {name: system for name, system in systems.items() if any(row["case"] == name for row in known)}
         self.sweeps: dict[tuple[str, str], list[Setting]] = {}
         self.methods: dict[tuple[str, str], str] = {}
         """The method of a library on a system."""
@@ -109,15 +109,15 @@ class Trials:
             unit = row["time_scale"] if row["setting_kind"] == "step" else 1.0
             scored = row["status"] in SCORED and row["status"] != Status.DIVERGED and row["error_max"] is not None
             error = row["error_max"] if scored else math.inf
-            one = Setting(row["setting"] / unit, row["setting_kind"], error, str(row["status"]))
-            self.sweeps.setdefault((row["case"], row["library"]), []).append(one)
+            setting = Setting(row["setting"] / unit, row["setting_kind"], error, str(row["status"]))
+            self.sweeps.setdefault((row["case"], row["library"]), []).append(setting)
             self.methods[row["case"], row["library"]] = row["integrator_id"]
             limits = ROUND_OFF * (row["conditioning"] or 0.0), FLOOR * (row["floor"] or 0.0)
             self._reachable[row["case"]] = max(self._reachable[row["case"]], *limits)
         for sweep in self.sweeps.values():
-            sweep.sort(key=lambda one: -one.relative)
+            sweep.sort(key=lambda setting: -setting.relative)
         times, _ = contenders.times(known)
-        self.seconds = {(one.case, one.library, one.target): one.seconds for one in times}
+        self.seconds = {(time.case, time.library, time.target): time.seconds for time in times}
 
     def counts(self, system: str, error: float) -> bool:
         """Whether binary64, and the reference, can tell this error on a system."""
@@ -126,7 +126,7 @@ class Trials:
     def at(self, system: str, library: str, wanted: float) -> Setting:
         """The loosest measured setting that is not above the wanted one, or the tightest."""
         sweep = self.sweeps[system, library]
-        return next((one for one in sweep if one.relative <= wanted * (1 + SAME)), sweep[-1])
+        return next((setting for setting in sweep if setting.relative <= wanted * (1 + SAME)), sweep[-1])
 
 
 def select_recommended(rows: Iterable[Row]) -> dict[tuple[str, float, str], Row]:
@@ -144,8 +144,8 @@ def reliable(answer: Row, method: str, factor: float = 1.0) -> float:
     An answer names one for each of its methods; of one that it does not name, it is the first one's.
     """
     first = answer["reliable"]
-    one = next((each for each in first.get("others", ()) if each["method"] == method), first)
-    return float(one["relative"] if one["kind"] == "step" else one["value"] * factor)
+    setting = next((other for other in first.get("others", ()) if other["method"] == method), first)
+    return float(setting["relative"] if setting["kind"] == "step" else setting["value"] * factor)
 
 
 def median(answer: Row) -> float:
@@ -160,7 +160,7 @@ def try_settings(
 
     If `factor` is None, at the setting of the median problem.
     """
-    found = []
+    tried = []
     for (name, library), method in trials.methods.items():
         system = trials.systems[name]
         for error in ERRORS if system.half == half else ():
@@ -169,8 +169,8 @@ def try_settings(
                 continue
             wanted = median(answer) if factor is None else reliable(answer, method, factor)
             at = trials.at(name, library, wanted)
-            found.append(Trial(name, system.need, library, error, at.relative, at.error, at.status))
-    return found
+            tried.append(Trial(name, system.need, library, error, at.relative, at.error, at.status))
+    return tried
 
 
 def choose_margin(trials: Trials, answers: Mapping[tuple[str, float, str], Row]) -> tuple[float, list[dict[str, Any]]]:
@@ -178,12 +178,9 @@ def choose_margin(trials: Trials, answers: Mapping[tuple[str, float, str], Row])
 
     `answers`: the answers of a table whose settings have no margin yet.
     """
-    shares = [
-        {"margin": margin, **share([(one.system, one.held) for one in try_settings(trials, answers, MARGIN, margin)])}
-        for margin in MARGINS
-    ]
-    enough = [one for one in shares if one["of"] and one["share"] >= WANTED]
-    best = enough[0] if enough else max(shares, key=lambda one: (one["share"] or 0.0, one["margin"]))
+    shares = [{"margin": margin, **_share(try_settings(trials, answers, MARGIN, margin))} for margin in MARGINS]
+    enough = [row for row in shares if row["of"] and row["share"] >= WANTED]
+    best = enough[0] if enough else max(shares, key=lambda row: (row["share"] or 0.0, row["margin"]))
     return best["margin"], shares
 
 
@@ -206,7 +203,7 @@ def find_published_order(measured: Measurements, errors: Sequence[float] = ERROR
     Their medians over the systems that both reach differ by EQUAL_WITHIN or more, and a paired t test over these systems
     tells them apart, at one false discovery rate for all pairs.
     """
-    found: list[tuple[Pair, float]] = []
+    pairs: list[tuple[Pair, float]] = []
     for subject in SUBJECTS.values():
         problems = measured.subject_problems(subject)
         for error in errors:
@@ -217,11 +214,11 @@ def find_published_order(measured: Measurements, errors: Sequence[float] = ERROR
                     stands = representatives.standing(library, measured.kind[case], subject.stands)
                     methods |= {} if stands is None else {case: stands.integrator}
                 systems = measured.systems(problems, methods, error)
-                times[library] = {case: one.seconds for case, one in systems.items() if one.reached}
+                times[library] = {case: system.seconds for case, system in systems.items() if system.reached}
             for first, second in combinations(LIBRARIES, 2):
-                found += _pair(subject.key, error, (first, times[first]), (second, times[second]))
-    held = discoveries([p for _, p in found])
-    return [pair for (pair, _), holds in zip(found, held, strict=True) if holds and pair.ratio >= EQUAL_WITHIN]
+                pairs += _pair(subject.key, error, (first, times[first]), (second, times[second]))
+    held = discoveries([p for _, p in pairs])
+    return [pair for (pair, _), holds in zip(pairs, held, strict=True) if holds and pair.ratio >= EQUAL_WITHIN]
 
 
 def measurements(path: Path) -> Measurements:
@@ -250,14 +247,14 @@ def _pair(
 
 def order(trials: Trials, pairs: Sequence[Pair], halves: Sequence[str]) -> list[Order]:
     """The order on each drawn system that both libraries of a pair reach."""
-    found = []
+    orders = []
     for pair in pairs:
         for name, system in trials.systems.items():
-            own, other = (trials.seconds.get((name, one, pair.error)) for one in (pair.faster, pair.slower))
+            own, other = (trials.seconds.get((name, library, pair.error)) for library in (pair.faster, pair.slower))
             wanted = system.need == pair.need and system.half in halves and trials.counts(name, pair.error)
             if wanted and own is not None and other is not None:
-                found.append(Order(name, system.need, own < other))
-    return found
+                orders.append(Order(name, system.need, own < other))
+    return orders
 
 
 def judge(trials: Trials, answers: Callable[[float], Iterable[Row]], pairs: Sequence[Pair]) -> dict[str, Any]:
@@ -273,32 +270,36 @@ def judge(trials: Trials, answers: Callable[[float], Iterable[Row]], pairs: Sequ
         "systems": len(trials.systems),
         "margin": margin,
         "margins": margins,
-        "half": {half: sum(one.half == half for one in trials.systems.values()) for half in HALVES},
-        "share": share([(one.system, one.held) for one in tests]),
+        "half": {half: sum(system.half == half for system in trials.systems.values()) for half in HALVES},
+        "share": _share(tests),
         "by_need": _by(tests, "need"),
         "by_library": _by(tests, "library"),
         "by_error": _by(tests, "error"),
         "by_need_and_library": _by(tests, "need", "library"),
-        "median_share": share([(one.system, one.held) for one in try_settings(trials, known, TEST, None)]),
-        "order": share([(one.system, one.held) for one in by_need])
+        "median_share": _share(try_settings(trials, known, TEST, None)),
+        "order": _share(by_need)
         | {
             "pairs": len(pairs),
             "by_need": _by(by_need, "need"),
-            "all": share([(one.system, one.held) for one in of_all]),
+            "all": _share(of_all),
         },
-        "misses": [_miss(one) for one in tests if not one.held],
+        "misses": [_miss(trial) for trial in tests if not trial.held],
     }
 
 
 def _by(trials: Sequence[Trial | Order], *names: str) -> list[dict[str, Any]]:
     """The share of each group of trials, whose fields of these names are equal."""
-    groups: dict[tuple[Any, ...], list[tuple[str, bool]]] = {}
-    for one in trials:
-        groups.setdefault(tuple(getattr(one, name) for name in names), []).append((one.system, one.held))
-    return [dict(zip(names, group, strict=True)) | share(outcomes) for group, outcomes in groups.items()]
+    groups: dict[tuple[Any, ...], list[Trial | Order]] = {}
+    for trial in trials:
+        groups.setdefault(tuple(getattr(trial, name) for name in names), []).append(trial)
+    return [dict(zip(names, group, strict=True)) | _share(members) for group, members in groups.items()]
 
 
-def _miss(one: Trial) -> dict[str, Any]:
+def _share(trials: Sequence[Trial | Order]) -> dict[str, Any]:
+    return share([(trial.system, trial.held) for trial in trials])
+
+
+def _miss(trial: Trial) -> dict[str, Any]:
     """The row of a trial that does not reach its error, for a file: a number that is not finite is None."""
-    row = {"system": one.system, "need": one.need, "library": one.library, "error": one.error, "setting": one.setting}
-    return row | {"found": one.found if math.isfinite(one.found) else None, "status": one.status}
+    row = {name: getattr(trial, name) for name in ("system", "need", "library", "error", "setting")}
+    return row | {"found": trial.reached if math.isfinite(trial.reached) else None, "status": trial.status}

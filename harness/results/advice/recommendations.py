@@ -73,25 +73,25 @@ def require_schema(head: Mapping[str, Any]) -> None:
         )
 
 
-def outside_text(found: Mapping[str, Any] | None, subject: str = "") -> str:
+def outside_text(outside: Mapping[str, Any] | None, subject: str = "") -> str:
     """The results of a trial on systems outside of the catalogue, of all and of a subject, in words; or that there is none."""
-    if found is None:
+    if outside is None:
         return "Outside of the catalogue these settings were not tried."
-    reached, order = (percent_text(found[name]) for name in ("share", "order"))
+    reached, order = (percent_text(outside[name]) for name in ("share", "order"))
     text = (
         f"On systems outside of the catalogue, drawn at random, the setting to rely on reached the error in {reached}"
     )
     text += f"; of two libraries the one that is faster here was faster there in {order}."
     if not subject:
         return text
-    of = next((one for one in found.get("by_need", ()) if one["need"] == subject), None)
+    of = next((row for row in outside.get("by_need", ()) if row["need"] == subject), None)
     return f"{text} On systems of this kind it reached the error in {percent_text(of)}."
 
 
-def outside_share(found: Mapping[str, Any] | None, subject: str, library: str) -> Mapping[str, Any] | None:
+def outside_share(outside: Mapping[str, Any] | None, subject: str, library: str) -> Mapping[str, Any] | None:
     """The share of trials outside of the catalogue in which a library's settings for a subject reached the error."""
-    rows = (found or {}).get("by_need_and_library", ())
-    return next((one for one in rows if (one["need"], one["library"]) == (subject, library)), None)
+    rows = (outside or {}).get("by_need_and_library", ())
+    return next((row for row in rows if (row["need"], row["library"]) == (subject, library)), None)
 
 
 def percent_text(share: Mapping[str, Any] | None) -> str:
@@ -116,11 +116,11 @@ def subject(phrase: str) -> str:
     known = _names()
     held = _names_in(phrase, known)
     longest = max((len(_plain(name).split()) for name in held), default=0)
-    found = {known[name]: name for name in held if len(_plain(name).split()) == longest}
-    if len(found) == 1:
-        return next(iter(found))
-    if found:
-        leads = " and ".join(f"{name!r} to {key}" for key, name in found.items())
+    by_key = {known[name]: name for name in held if len(_plain(name).split()) == longest}
+    if len(by_key) == 1:
+        return next(iter(by_key))
+    if by_key:
+        leads = " and ".join(f"{name!r} to {key}" for key, name in by_key.items())
         raise ValueError(f"{phrase!r} leads to several subjects, {leads}; name one")
     close = get_close_matches(phrase.lower(), known, cutoff=CLOSE)
     hint = f" (did you mean {' or '.join(close)}?)" if close else ""
@@ -168,8 +168,8 @@ def _plain(phrase: str) -> str:
 def library(word: str) -> str:
     """The name of a library by its name, its title, its distribution, or a word of WORDS; ValueError for others."""
     known: dict[str, str] = {OURS: OURS} | WORDS
-    for name, one in LIBRARIES.items():
-        known |= {text.lower(): name for text in (name, one.title, one.package)}
+    for name, declared in LIBRARIES.items():
+        known |= {text.lower(): name for text in (name, declared.title, declared.package)}
     if word.lower() not in known:
         raise ValueError(f"no library is called {word!r}; {nearest(word.lower(), known)}")
     return known[word.lower()]
@@ -178,7 +178,7 @@ def library(word: str) -> str:
 def libraries_of(word: str) -> list[str]:
     """The library that a word names, or all physics engines; ValueError for others."""
     if word.lower() in ENGINES:
-        return [name for name, one in LIBRARIES.items() if "engine" in one.calls.values()]
+        return [name for name, declared in LIBRARIES.items() if "engine" in declared.calls.values()]
     return [library(word)]
 
 
@@ -187,9 +187,9 @@ def find(word: str, error: float | None = None, libraries: Sequence[str] = ()) -
 
     Raises ValueError for an unknown subject or library, and for an error below all measured ones.
     """
-    key, chosen = subject(word), {one for word in libraries for one in libraries_of(word)}
+    key, chosen = subject(word), {name for word in libraries for name in libraries_of(word)}
     row, table = read_declared("results", "advice/needs.toml")[key], read()
-    known = sorted({one["error"] for one in table.rows}, reverse=True)
+    known = sorted({answer["error"] for answer in table.rows}, reverse=True)
     wanted = row["error"] if error is None else error
     if not wanted > 0:
         raise ValueError(f"--error {wanted:g}: give a positive number, as 1e-6")
@@ -197,8 +197,8 @@ def find(word: str, error: float | None = None, libraries: Sequence[str] = ()) -
     if not levels:
         raise ValueError(f"--error {wanted:g}: errors were measured down to {known[-1]:g}; ask for no less")
     rows = [
-        one
-        for one in table.rows
-        if one["subject"] == key and one["error"] == levels[0] and (not chosen or one["library"] in chosen)
+        answer
+        for answer in table.rows
+        if answer["subject"] == key and answer["error"] == levels[0] and (not chosen or answer["library"] in chosen)
     ]
     return Found(key, row["title"], row["about"], levels[0], rows, further_subjects(word))
