@@ -37,8 +37,8 @@ def tolerance_spread(points: pd.DataFrame) -> pd.DataFrame:
     """
     decades = np.log10(np.maximum(points["over"].to_numpy(float), 1e-12))
     grouped = pd.Series(decades, points.index).groupby(points["integrator_id"])
-    found = {f"q{share}": grouped.quantile(share / 100) for share in (10, 25, 50, 75, 90)}
-    return pd.DataFrame(found | {"trials": grouped.size()}).reset_index()
+    quantiles = {f"q{share}": grouped.quantile(share / 100) for share in (10, 25, 50, 75, 90)}
+    return pd.DataFrame(quantiles | {"trials": grouped.size()}).reset_index()
 
 
 def tolerance_chart(spread: pd.DataFrame, look: pd.DataFrame) -> alt.LayerChart:

@@ -70,14 +70,14 @@ def work_points(reduced: pd.DataFrame, look: pd.DataFrame) -> pd.DataFrame:
     )
 
 
-def front(kept: pd.DataFrame, kinds: dict[str, str]) -> set[str]:
+def front(rows: pd.DataFrame, kinds: dict[str, str]) -> set[str]:
     """The fastest integrators of each kind at each of the errors 1e-3 to 1e-12.
 
     `kinds`: the library and family of each integrator. A kind that reaches no error shows its most accurate integrator.
-    `kept`: series, time and error in decades (infinite where it diverged), the loosest setting of a series first.
+    `rows`: series, time and error in decades (infinite where it diverged), the loosest setting of a series first.
     """
     sweeps: dict[str, list[tuple[float, float]]] = {}
-    for name, time, error in zip(kept["series"], kept["time"], kept["error"], strict=True):
+    for name, time, error in zip(rows["series"], rows["time"], rows["error"], strict=True):
         if math.isfinite(time):
             sweeps.setdefault(name, []).append((10.0**error, 10.0**time))
     fastest: dict[tuple[str, float], tuple[float, str]] = {}
@@ -128,9 +128,9 @@ def work_precision(look: pd.DataFrame, axis: str) -> dict[str, Any]:
         "letter": f"({expression(LETTERS)})[datum.status] || '?'",
     }
     base = base.transform_calculate(**worded)
-    kept, lost = base.transform_filter("!datum.failed"), base.transform_filter("datum.failed")
+    answered, lost = base.transform_filter("!datum.failed"), base.transform_filter("datum.failed")
     order = alt.Order("setting:Q", sort="descending")
-    others, first = kept.transform_filter("!datum.front"), kept.transform_filter("datum.front")
+    others, first = answered.transform_filter("!datum.front"), answered.transform_filter("datum.front")
     # Failed trials of a library that are close are one mark with their number: single ones would cover each other.
     close = {"near": f"round({TENTHS} * datum.{axis}) / {TENTHS}"}
     piles = lost.transform_calculate(**close).transform_aggregate(
@@ -142,7 +142,7 @@ def work_precision(look: pd.DataFrame, axis: str) -> dict[str, Any]:
     margin = alt.Chart(alt.NamedData("margin"))
     rules = alt.Chart(alt.NamedData("limits"))
     small = {"align": "left", "baseline": "bottom", "color": QUIET, "fontSize": 10.5}
-    found_text = [alt.Tooltip("status:N"), alt.Tooltip("trials:Q", title="trials near here")]
+    pile_text = [alt.Tooltip("status:N"), alt.Tooltip("trials:Q", title="trials near here")]
     chart = alt.layer(
         margin.mark_rect(color=PALE).encode(y=alt.Y("low:Q"), y2="high:Q"),
         margin.mark_text(**small, dx=1, dy=-3).encode(y="high:Q", x=alt.value(0), text="text:N"),
@@ -155,13 +155,12 @@ def work_precision(look: pd.DataFrame, axis: str) -> dict[str, Any]:
         first.mark_point(size=52, filled=True)
         .encode(x, y, colour, shape, opacity=strength, tooltip=tooltip)
         .add_params(pick, hover),
-        piles.mark_text(fontSize=9.5, color=QUIET).encode(alt.X("near:Q"), y, text="mark:N", tooltip=found_text),
+        piles.mark_text(fontSize=9.5, color=QUIET).encode(alt.X("near:Q"), y, text="mark:N", tooltip=pile_text),
         *(_limit_words(rules, small, floor, halo) for halo in (True, False) for floor in (True, False)),
     )
     margin_text = [{"low": MARGIN, "high": TOP, "text": "failed trials, with their number"}]
     data: dict[str, Any] = {"points": [], "limits": [], "margin": margin_text}
-    found: dict[str, Any] = dress(chart.properties(width=640, height=440, datasets=data)).to_dict(validate=False)
-    return found
+    return dict(dress(chart.properties(width=640, height=440, datasets=data)).to_dict(validate=False))
 
 
 def _axes(axis: str, title: str) -> tuple[alt.X, alt.Y]:
@@ -205,23 +204,23 @@ def draw(specification: dict[str, Any], points: pd.DataFrame, limits: dict[str, 
         "points": records(points),
         "limits": [{"limit": name, "at": math.log10(value)} for name, value in limits.items() if value > 0],
     }
-    kept = set(points.loc[points["front"], "series"]) or set(points["series"])
-    cut: dict[str, Any] = _restrict_scales(specification, kept)
+    shown = set(points.loc[points["front"], "series"]) or set(points["series"])
+    cut: dict[str, Any] = _restrict_scales(specification, shown)
     return cut | {"datasets": specification["datasets"] | data}
 
 
-def _restrict_scales(node: Any, kept: Collection[str]) -> Any:
-    """A copy whose scales of integrators have only the names in `kept`."""
+def _restrict_scales(node: Any, shown: Collection[str]) -> Any:
+    """A copy whose scales of integrators have only the names in `shown`."""
     if isinstance(node, list):
-        return [_restrict_scales(each, kept) for each in node]
+        return [_restrict_scales(each, shown) for each in node]
     if not isinstance(node, dict):
         return node
-    found = {name: _restrict_scales(value, kept) for name, value in node.items()}
-    scale = found.get("scale")
-    if found.get("field") == "series" and scale and "domain" in scale:
-        pairs = [pair for pair in zip(scale["domain"], scale["range"], strict=True) if pair[0] in kept]
-        found["scale"] = scale | {"domain": [name for name, _ in pairs], "range": [look for _, look in pairs]}
-    return found
+    restricted = {name: _restrict_scales(value, shown) for name, value in node.items()}
+    scale = restricted.get("scale")
+    if restricted.get("field") == "series" and scale and "domain" in scale:
+        pairs = [pair for pair in zip(scale["domain"], scale["range"], strict=True) if pair[0] in shown]
+        restricted["scale"] = scale | {"domain": [name for name, _ in pairs], "range": [look for _, look in pairs]}
+    return restricted
 
 
 def expression(names: dict[int, str] | dict[str, str]) -> str:

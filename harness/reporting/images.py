@@ -67,9 +67,9 @@ def smaller(png: bytes) -> bytes:
         # Maximum coverage finds colours as different as possible, so that a thin line keeps its own beside a large area.
         method = Image.Quantize.MAXCOVERAGE
         palette = picture.convert("RGB").quantize(COLOURS, method, dither=Image.Dither.NONE)
-        found = io.BytesIO()
-        palette.save(found, "PNG", optimize=True)
-    return found.getvalue()
+        buffer = io.BytesIO()
+        palette.save(buffer, "PNG", optimize=True)
+    return buffer.getvalue()
 
 
 def leaner(svg: str) -> str:
@@ -110,14 +110,14 @@ def straighten(path: str) -> str:
         return path
     closed = path.endswith("Z")
     points = [tuple(point.split(",")) for point in re.split("[ML]", path.rstrip("Z"))[1:]]
-    kept = points[:1]
+    corners = points[:1]
     for here, after in itertools.zip_longest(points[1:], points[2:]):
-        if here == kept[-1]:
+        if here == corners[-1]:
             continue
-        if after is None or not any(kept[-1][k] == here[k] == after[k] for k in (0, 1)):
-            kept.append(here)
-    drawn = [f"M{kept[0][0]},{kept[0][1]}"]
-    for (x, y), (u, v) in itertools.pairwise(kept):
+        if after is None or not any(corners[-1][k] == here[k] == after[k] for k in (0, 1)):
+            corners.append(here)
+    drawn = [f"M{corners[0][0]},{corners[0][1]}"]
+    for (x, y), (u, v) in itertools.pairwise(corners):
         drawn.append(f"H{u}" if v == y else f"V{v}" if u == x else f"L{u},{v}")
     return "".join(drawn) + ("Z" if closed else "")
 

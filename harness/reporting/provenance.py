@@ -65,8 +65,8 @@ class Origin:
 
 def origins(folders: Sequence[Path], run: Mapping[str, str | None]) -> list[Origin]:
     """The origin of each file that the first of `folders` with one has; `run`: the environment of the page's last run."""
-    found = {name: sidecars.first(name, *folders) for name in MADE_BY}
-    made_by = {name: environment_of(content) for name, content in found.items() if content is not None}
+    contents = {name: sidecars.first(name, *folders) for name in MADE_BY}
+    made_by = {name: environment_of(content) for name, content in contents.items() if content is not None}
     return [Origin(name, MADE_BY[name], each, _is_older(each, run)) for name, each in made_by.items()]
 
 

@@ -147,14 +147,14 @@ def _of_problems(tables: Tables) -> dict[str, str]:
 def _links(folder: Path, up: str | None) -> list[tuple[str, str]]:
     """The files beside the page, and the documentation, if it can be reached: text and address."""
     beside = (*DATA, *sidecars.NAMES)
-    found = [(name, name) for name in beside if name == SUMMARY or (folder / name).is_file()]  # it is written last
-    return found + [(text, up + path) for text, path in DOCUMENTS.items() if up is not None]
+    links = [(name, name) for name in beside if name == SUMMARY or (folder / name).is_file()]  # it is written last
+    return links + [(text, up + path) for text, path in DOCUMENTS.items() if up is not None]
 
 
 def _up(folder: Path) -> str | None:
     """The way from the page to the root of the repository; None if it is not in a copy of the repository."""
     own = folder.resolve()
-    root = next((one for one in own.parents if (one / "docs" / "libraries.md").is_file()), None)
+    root = next((parent for parent in own.parents if (parent / "docs" / "libraries.md").is_file()), None)
     return None if root is None else "../" * len(own.relative_to(root).parts)
 
 

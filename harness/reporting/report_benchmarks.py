@@ -28,15 +28,15 @@ def benchmarks(*folders: Path) -> dict[str, Any] | None:
 
     `lacks` is empty, or names the numbers of an older file without which nothing can be claimed; it then has no rows.
     """
-    found = sidecars.first("benchmarks.json", *folders)
-    if found is None:
+    contents = sidecars.first("benchmarks.json", *folders)
+    if contents is None:
         return None
-    lacks = _lacks(found["rows"])
-    rows = [] if lacks else found["rows"]
+    lacks = _lacks(contents["rows"])
+    rows = [] if lacks else contents["rows"]
     return {
         "lacks": lacks,
-        "launches": found["launches"],
-        "environment": found["environment"],
+        "launches": contents["launches"],
+        "environment": contents["environment"],
         "pairs": _pairs([row for row in rows if "first" in row]),
         "singles": [_single(row) for row in rows if "first" not in row],
     }
@@ -52,14 +52,14 @@ def _lacks(rows: Sequence[dict[str, Any]]) -> str:
 
 def growth(*folders: Path) -> dict[str, Any] | None:
     """Growth laws of energy errors in words, from the first folder that has the file; None without a file."""
-    found = sidecars.first("growth.json", *folders)
-    return None if found is None else found | {"rows": [_law(row) for row in found["rows"]]}
+    contents = sidecars.first("growth.json", *folders)
+    return None if contents is None else contents | {"rows": [_law(row) for row in contents["rows"]]}
 
 
 def orders(*folders: Path) -> dict[str, Any] | None:
     """Measured orders in words, from the first folder that has the file; None without a file."""
-    found = sidecars.first("orders.json", *folders)
-    return None if found is None else found | {"rows": [_describe_order(row) for row in found["rows"]]}
+    contents = sidecars.first("orders.json", *folders)
+    return None if contents is None else contents | {"rows": [_describe_order(row) for row in contents["rows"]]}
 
 
 def _describe_order(row: dict[str, Any]) -> dict[str, str]:
@@ -84,9 +84,11 @@ def _pairs(rows: Sequence[dict[str, Any]]) -> list[dict[str, str]]:
     all pairs.
     """
     timed = [row for row in rows if _has_times(row)]
-    found = compare_ratios([row["ratios"] for row in timed])
-    held = discoveries([one.p for one in found])
-    states = {id(row): (one, state(one, bool(holds))) for row, one, holds in zip(timed, found, held, strict=True)}
+    ratios = compare_ratios([row["ratios"] for row in timed])
+    held = discoveries([ratio.p for ratio in ratios])
+    states = {
+        id(row): (ratio, state(ratio, bool(holds))) for row, ratio, holds in zip(timed, ratios, held, strict=True)
+    }
     return [_pair(row, states.get(id(row))) for row in rows]
 
 

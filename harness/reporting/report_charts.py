@@ -41,20 +41,20 @@ def work_problems(run: Run) -> dict[str, Problems]:
         {"conditioning": "max", "floor": "max", "stresses": "first"}
     )
     points = {problem: part.drop(columns=PROBLEM) for problem, part in work_points(reduced, run.look).groupby(PROBLEM)}
-    found: dict[str, Problems] = {name: {} for name in run.names}
+    by_case: dict[str, Problems] = {name: {} for name in run.names}
     for (case, variant, formulation), limits in problems.to_dict("index").items():
         if (case, variant, formulation) not in points:
             continue
         label = (variant or "default") + (f" · {formulation}" if formulation else "")
         lines = {CONDITIONING: limits["conditioning"], FLOOR: limits["floor"]}
-        found[case][label] = {
+        by_case[case][label] = {
             "points": points[case, variant, formulation],
             "limits": {word: value for word, value in lines.items() if value > 0},
             "stresses": str(limits["stresses"] or ""),
         }
     return {
         name: dict(sorted(problems.items(), key=lambda problem: not problem[0].startswith("default")))
-        for name, problems in found.items()
+        for name, problems in by_case.items()
     }
 
 
@@ -88,13 +88,13 @@ def _run_charts(run: Run) -> dict[str, alt.TopLevelMixin]:
     return charts
 
 
-def panel_charts(found: Mapping[str, Any] | None) -> Specifications:
+def panel_charts(contents: Mapping[str, Any] | None) -> Specifications:
     """`stability_charts`, kept on disk because Altair takes seconds for them."""
-    if found is None:
+    if contents is None:
         return {}
-    given = json.dumps([alt.__version__, found.get("figures"), found["rows"]])
+    inputs = json.dumps([alt.__version__, contents.get("figures"), contents["rows"]])
     charts: Specifications = keep_result(
-        (report_stability.__name__,), given, lambda: specifications(stability_charts(found))
+        (report_stability.__name__,), inputs, lambda: specifications(stability_charts(contents))
     )
     return charts
 
@@ -123,20 +123,20 @@ def page_charts(run: Run, work: dict[str, Problems], charts: Specifications) -> 
 
 def _work_precision(look: pd.DataFrame, axis: str) -> dict[str, Any]:
     """`work_precision`, kept on disk because Altair takes half a second for it."""
-    given = json.dumps(
+    inputs = json.dumps(
         [axis, alt.__version__, style.STYLE, style.DRESS, style.STATUSES, style.STATUS_COLOURS, look.to_dict("list")]
     )
     modules = (work_precision.__module__, style.__name__)
-    found: dict[str, Any] = keep_result(modules, given, lambda: work_precision(look, axis))
-    return found
+    specification: dict[str, Any] = keep_result(modules, inputs, lambda: work_precision(look, axis))
+    return specification
 
 
 def _hundredths(points: pd.DataFrame) -> dict[str, list[Any]]:
     """Columns with positions in whole hundredths of a decade, a fifth of the size of a mark, each less the one before."""
-    found = {name: column.tolist() for name, column in points.items()}
+    by_name = {name: column.tolist() for name, column in points.items()}
     for name in ("time", "calls", "error"):
-        found[name] = differences([None if math.isnan(value) else round(100 * value) for value in found[name]])
-    return found
+        by_name[name] = differences([None if math.isnan(value) else round(100 * value) for value in by_name[name]])
+    return by_name
 
 
 def _map(run: Run) -> dict[str, Any]:
@@ -147,11 +147,11 @@ def _map(run: Run) -> dict[str, Any]:
     )
     table = table.reindex(columns=series)
     rows = []
-    for one in run.problems.to_dict("records"):
-        label = (one["variant"] or "default") + (f" ({one['formulation']})" if one["formulation"] else "")
-        best = table.loc[one["problem"]].tolist() if one["problem"] in table.index else []
+    for problem in run.problems.to_dict("records"):
+        label = (problem["variant"] or "default") + (f" ({problem['formulation']})" if problem["formulation"] else "")
+        best = table.loc[problem["problem"]].tolist() if problem["problem"] in table.index else []
         rows.append(
-            [one["case"], label, [None if math.isnan(error) else round(tables.digits(error), 1) for error in best]]
+            [problem["case"], label, [None if math.isnan(error) else round(tables.digits(error), 1) for error in best]]
         )
     return {"series": series, "rows": rows}
 

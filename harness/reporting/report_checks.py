@@ -54,20 +54,20 @@ def list_certificates(*folders: Path) -> list[str]:
 
 def certificate_rows(*folders: Path) -> list[dict[str, Any]]:
     """The certificates by case, the default variant first."""
-    found: dict[tuple[str, str], dict[str, Any]] = {}
+    certificates: dict[tuple[str, str], dict[str, Any]] = {}
     for folder in reversed(folders):
         for row in _rows("certificates.json", folder):
             variant = row["variant"] or "default"
-            found[row["case"], variant] = (
+            certificates[row["case"], variant] = (
                 {"required": None, "worst": "", "note": "", "revision": ""} | row | {"variant": variant}
             )
-    order = {case: position for position, case in enumerate(dict.fromkeys(case for case, _ in found))}
-    return sorted(found.values(), key=lambda row: (order[row["case"]], row["variant"] != "default"))
+    order = {case: position for position, case in enumerate(dict.fromkeys(case for case, _ in certificates))}
+    return sorted(certificates.values(), key=lambda row: (order[row["case"]], row["variant"] != "default"))
 
 
 def _rows(name: str, folder: Path) -> list[dict[str, Any]]:
-    found = sidecars.first(name, folder)
-    return [] if found is None else list(found["rows"])
+    contents = sidecars.first(name, folder)
+    return [] if contents is None else list(contents["rows"])
 
 
 def _parts(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:

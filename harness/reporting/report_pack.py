@@ -63,11 +63,11 @@ def pack_html(fragments: Mapping[str, str]) -> dict[str, Any]:
         pieces = [piece for piece in BREAK.split(html) if piece]
         counts.append(len(pieces))
         for piece in pieces:
-            markup, found = _take_apart(piece)
+            markup, words = _take_apart(piece)
             place = places.setdefault(markup, len(places))
             if place == len(texts):
-                texts.append([[] for _ in found])
-            for column, text in zip(texts[place], found, strict=True):
+                texts.append([[] for _ in words])
+            for column, text in zip(texts[place], words, strict=True):
                 column.append(text)
             order.append(place)
     packed = [[_pack_texts(column) for column in of] for of in texts]
@@ -94,12 +94,12 @@ def _pack_texts(texts: Sequence[str]) -> dict[str, Any]:
 
 def differences(values: Sequence[int | None]) -> list[int | None]:
     """Each whole number less the one before, which takes fewer characters; None where there is none."""
-    found: list[int | None] = []
+    steps: list[int | None] = []
     last = 0
     for value in values:
-        found.append(None if value is None else value - last)
+        steps.append(None if value is None else value - last)
         last = last if value is None else value
-    return found
+    return steps
 
 
 def columnar(spec: dict[str, Any]) -> dict[str, Any]:
@@ -113,15 +113,15 @@ def columnar(spec: dict[str, Any]) -> dict[str, Any]:
 
 def columns(table: dict[str, list[Any]]) -> dict[str, Any]:
     """Columns in few characters: words as indices into a list, floats to four figures."""
-    found: dict[str, Any] = {}
+    packed: dict[str, Any] = {}
     for name, values in table.items():
         if any(isinstance(value, str) for value in values):
             places: dict[str, int] = {}
             codes = [places.setdefault(value, len(places)) if isinstance(value, str) else -1 for value in values]
-            found[name] = {"words": list(places), "codes": codes}
+            packed[name] = {"words": list(places), "codes": codes}
         else:
-            found[name] = [_short(value) for value in values]
-    return found
+            packed[name] = [_short(value) for value in values]
+    return packed
 
 
 def _short(value: Any) -> Any:

@@ -37,11 +37,11 @@ class Run:
     path: Path
     frame: pd.DataFrame
     reduced: pd.DataFrame
-    given: Mapping[str, type[Case]] = field(default_factory=dict)
+    users_classes: Mapping[str, type[Case]] = field(default_factory=dict)
     """Cases that are not installed, by the name under which they ran."""
 
     @classmethod
-    def read(cls, path: Path, given: Mapping[str, type[Case]] | None = None) -> Self:
+    def read(cls, path: Path, users_classes: Mapping[str, type[Case]] | None = None) -> Self:
         """Load and reduce a results file. Raises ValueError for an empty file, or a file without results."""
         frame = analysis.tidy(store.load(path))
         # Strings as Python objects: tables are read row by row, which takes several times longer from Arrow's arrays.
@@ -54,7 +54,7 @@ class Run:
         if why is not None:
             raise ValueError(f"{path}: nothing in it ran, so there is nothing to report ({why})")
         frame = analysis.own_spans(frame)
-        return cls(path, frame, analysis.settings(frame), given or {})
+        return cls(path, frame, analysis.settings(frame), users_classes or {})
 
     @cached_property
     def outstanding(self) -> Outstanding:
@@ -124,7 +124,7 @@ class Run:
         """The status matrix, and the hard variants of installed cases that were not run."""
         ran = analysis.status_matrix(self.reduced)
         missing = analysis.not_run(
-            ran, {name: [variant.name for variant in found.variants] for name, found in self.classes.items()}
+            ran, {name: [variant.name for variant in case.variants] for name, case in self.classes.items()}
         )
         return tables.with_problems(pd.concat([ran, missing], ignore_index=True) if len(missing) else ran)
 
@@ -133,7 +133,7 @@ class Run:
         """The classes of the cases that are installed or were given. Code that a results file names is not imported."""
         installed = installed_names()
         own = {name: case_class(name) for name in self.names if name in installed}
-        return own | {name: found for name, found in self.given.items() if name in self.names}
+        return own | {name: case for name, case in self.users_classes.items() if name in self.names}
 
     @cached_property
     def trusted(self) -> pd.DataFrame:
@@ -151,10 +151,10 @@ class Run:
     @cached_property
     def chapters(self) -> dict[str, list[str]]:
         """The cases of each chapter, by its number and title."""
-        found: dict[str, list[str]] = {}
+        by_chapter: dict[str, list[str]] = {}
         for name in self.names:
-            found.setdefault(CHAPTERS.get(str(_place(self.sections[name])[0]), "Other cases"), []).append(name)
-        return found
+            by_chapter.setdefault(CHAPTERS.get(str(_place(self.sections[name])[0]), "Other cases"), []).append(name)
+        return by_chapter
 
     @cached_property
     def titles(self) -> dict[str, str]:
@@ -178,24 +178,24 @@ class Run:
 
         Cases that are neither installed nor given are left out.
         """
-        found = []
+        rebuilt = []
         own = self.frame[self.frame["variant"] == ""].drop_duplicates("case").set_index("case", drop=False)
         for row in own.loc[[name for name in self.names if name in own.index and name in self.classes]].to_dict(
             "records"
         ):
             try:
-                found.append(
+                rebuilt.append(
                     rebuild_case(self.classes[row["case"]], "", json.loads(row["numbers"]), float(row["span"]))
                 )
             except ValueError:
                 continue
-        return found
+        return rebuilt
 
     @cached_property
     def forms(self) -> dict[str, set[str]]:
         """The forms that each case offers; for an unknown case, the forms in which integrators accepted it."""
-        taken = {str(name): set(forms) for name, forms in self.frame.groupby("case")["form"]}
-        return taken | {case.name: {type(form).__name__ for form in case.all_forms()} for case in self.cases}
+        accepted = {str(name): set(forms) for name, forms in self.frame.groupby("case")["form"]}
+        return accepted | {case.name: {type(form).__name__ for form in case.all_forms()} for case in self.cases}
 
     @cached_property
     def hierarchies(self) -> pd.DataFrame:
@@ -209,11 +209,11 @@ class Run:
     @cached_property
     def policies(self) -> pd.DataFrame:
         """Engines under each policy at the decimal steps, if two policies gave an answer (diverged is one)."""
-        found = tables.with_problems(analysis.policies(self.reduced).assign(formulation=""))
-        near = np.zeros(len(found), dtype=bool)
+        table = tables.with_problems(analysis.policies(self.reduced).assign(formulation=""))
+        near = np.zeros(len(table), dtype=bool)
         for step in DECIMAL_STEPS:
-            near |= np.isclose(found["setting"].to_numpy(float), step, rtol=1e-9)
-        answered = found[near & (found["error"].notna() | (found["status"] == Status.DIVERGED))]
+            near |= np.isclose(table["setting"].to_numpy(float), step, rtol=1e-9)
+        answered = table[near & (table["error"].notna() | (table["status"] == Status.DIVERGED))]
         several = answered.groupby(["problem", "library", "setting"])["policy"].transform("nunique") > 1
         return answered[several].rename(columns={"library": "engine", "setting": "step"})
 

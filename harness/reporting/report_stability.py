@@ -26,21 +26,21 @@ TOOLTIP = [alt.Tooltip("integrator:N"), alt.Tooltip("text:N", title="found")]
 
 def stability(*folders: Path) -> dict[str, Any] | None:
     """The panels with their rows, from the first folder that has `stability.json`; None without a file."""
-    found: dict[str, Any] | None = sidecars.first("stability.json", *folders)
-    if found is None:
+    contents: dict[str, Any] | None = sidecars.first("stability.json", *folders)
+    if contents is None:
         return None
     panels = [
-        {"id": name, "title": title, **_rows([row for row in found["rows"] if row["panel"] == name])}
-        for name, title in found["panels"].items()
+        {"id": name, "title": title, **_rows([row for row in contents["rows"] if row["panel"] == name])}
+        for name, title in contents["panels"].items()
     ]
-    return {"tiers": {}, "figures": {}} | found | {"panels": panels, "cards": _cards(found)}
+    return {"tiers": {}, "figures": {}} | contents | {"panels": panels, "cards": _cards(contents)}
 
 
-def _cards(found: Mapping[str, Any]) -> dict[str, list[dict[str, Any]]]:
+def _cards(contents: Mapping[str, Any]) -> dict[str, list[dict[str, Any]]]:
     """A card for each integrator, by library: for each panel its sentences, or the reason why it has none."""
     cards: dict[str, dict[str, Any]] = {}
-    for row in found["rows"]:
-        panel = {"id": row["panel"], "title": found["panels"].get(row["panel"], row["panel"])}
+    for row in contents["rows"]:
+        panel = {"id": row["panel"], "title": contents["panels"].get(row["panel"], row["panel"])}
         panel |= {"sentences": row["sentences"], "reason": _reason(row) or "nothing to say"}
         cards.setdefault(row["integrator"], {"name": row["integrator"], "panels": []})["panels"].append(panel)
     by_library: dict[str, list[dict[str, Any]]] = {}
@@ -64,12 +64,12 @@ def _rows(rows: list[dict[str, Any]]) -> dict[str, Any]:
     }
 
 
-def stability_charts(found: Mapping[str, Any] | None) -> dict[str, alt.TopLevelMixin]:
+def stability_charts(contents: Mapping[str, Any] | None) -> dict[str, alt.TopLevelMixin]:
     """The figures of `stability.json` by name, `stability_` and the panel; figures without marks are left out."""
-    if found is None:
+    if contents is None:
         return {}
-    third_first = sorted(found["rows"], key=lambda row: row["integrator"].startswith(f"{OURS}:"))
-    return _charts(found.get("figures", {}), third_first)
+    third_first = sorted(contents["rows"], key=lambda row: row["integrator"].startswith(f"{OURS}:"))
+    return _charts(contents.get("figures", {}), third_first)
 
 
 def _charts(figures: Mapping[str, Any], rows: Sequence[Mapping[str, Any]]) -> dict[str, alt.TopLevelMixin]:
@@ -122,8 +122,8 @@ def intervals(
 def _row(column: Mapping[str, Any], mark: Mapping[str, Any], low: float, high: float) -> dict[str, Any]:
     """A mark as a row of the figure's data: its places on the axis from low to high, or its text without a place."""
     numbers = {key: _place_on_axis(column, mark[key], low, high) for key in ("at", "low", "high")}
-    told = _short(mark["text"]) if all(value is None for value in numbers.values()) else ""
-    return {"integrator": mark["integrator"], "text": mark["text"], "told": told, "edge": low} | numbers
+    words = _short(mark["text"]) if all(value is None for value in numbers.values()) else ""
+    return {"integrator": mark["integrator"], "text": mark["text"], "told": words, "edge": low} | numbers
 
 
 def _column(
@@ -250,15 +250,15 @@ def _bars(region: Any) -> list[dict[str, float]]:
         real, heights = np.linspace(left, right, modulus.shape[1]), np.linspace(0, top, modulus.shape[0])
     except (TypeError, ValueError, KeyError, IndexError):
         return []
-    found = []
+    bars = []
     for height, row in zip(heights.tolist(), modulus, strict=True):
         inside = np.concatenate([[False], row <= 1 + 1e-9, [False]])
         firsts, lasts = np.flatnonzero(inside[1:-1] & ~inside[:-2]), np.flatnonzero(inside[1:-1] & ~inside[2:])
         for first, last in zip(firsts.tolist(), lasts.tolist(), strict=True):
             ends = _crossing(real, row, first, first - 1), _crossing(real, row, last, last + 1)
             low, high = max(height - spacing / 2, 0.0), min(height + spacing / 2, top)
-            found.append({"from": ends[0], "to": ends[1], "low": round(low, 3), "high": round(high, 3)})
-    return found
+            bars.append({"from": ends[0], "to": ends[1], "low": round(low, 3), "high": round(high, 3)})
+    return bars
 
 
 def _crossing(real: Any, row: Any, inside: int, outside: int) -> float:

@@ -64,11 +64,11 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> 
     ]
     runs = [each for each in store.runs(run.path) if each["run"] in set(run.frame["run"])]
     environments = [each["environment"] for each in runs]
-    libraries = set(ran["library"])
-    found = Representatives(run)
-    first = first_screen(found)
+    ran_libraries = set(ran["library"])
+    libraries = Representatives(run)
+    first = first_screen(libraries)
     unknown = dict.fromkeys(set(run.names) - set(own["case"]), "default variant not run")
-    unknown |= dict.fromkeys(set(run.names) - set(found.complete), "not all has run yet")
+    unknown |= dict.fromkeys(set(run.names) - set(libraries.complete), "not all has run yet")
     beside = _beside(folders, environments)
     return {
         "results": "/".join(run.path.resolve().parts[-2:]),
@@ -77,8 +77,8 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> 
         "history": runs[-1],
         "environment": together(environments),
         "made": tell_origin(environments, environment.describe()),
-        "limits": found.limits,
-        "limited": {status: f" ({found.limit_seconds})" if status in LIMITED else "" for status in style.MEANINGS},
+        "limits": libraries.limits,
+        "limited": {status: f" ({libraries.limit_seconds})" if status in LIMITED else "" for status in style.MEANINGS},
         "machines": machines_text(run.frame),
         **_comparisons(run),
         **_load(run.frame),
@@ -87,13 +87,13 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> 
         "opened": first["lead"]["case"] if first["lead"] else str(run.frame["case"].iloc[0]),
         "marks": MARKS,
         "chosen": list_chosen(first["stands"]),
-        "needs": make_need_cards(found, beside["margin"]),
+        "needs": make_need_cards(libraries, beside["margin"]),
         "absent": ABSENT,
-        "both_divisions": OURS in libraries and len(libraries) > 1,
+        "both_divisions": OURS in ran_libraries and len(ran_libraries) > 1,
         "divisions": DIVISIONS,
-        "multiples": multiples(run, beside, found.complete),
+        "multiples": multiples(run, beside, libraries.complete),
         "fastest": tables.fastest(run.equal, problems, unknown, run.equal_later),
-        "break_even": _break_even(run, found.complete),
+        "break_even": _break_even(run, libraries.complete),
         "solves": tables.BREAK_EVEN_HEADS,
         "times": case_tables(run),
         "families": family_tables(run),
@@ -106,7 +106,7 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> 
         "failures": tables.failure_groups(analysis.failures(run.reduced)),
         "hierarchies": hierarchy_rows(run.hierarchies),
         "engine_settings": engine_settings(run.frame),
-        "tolerances": tolerances_text(run.trusted[run.trusted["case"].isin(found.complete)]),
+        "tolerances": tolerances_text(run.trusted[run.trusted["case"].isin(libraries.complete)]),
         "engines": engines_text(run.policies),
         "python_call": PYTHON_CALL,
         "meanings": style.MEANINGS,
@@ -137,8 +137,8 @@ def _beside(folders: Sequence[Path], environments: Sequence[Mapping[str, Any]]) 
     """What the files beside the page say, and where they come from."""
     parts, outside = provenance.origins(folders, environments[-1]), sidecars.first("outside.json", *folders)
     return {
-        "older": [_origin_text(one) for one in parts if one.older],
-        "processors": provenance.processors_text([*environments, *(one.environment for one in parts if one.timed)]),
+        "older": [_origin_text(part) for part in parts if part.older],
+        "processors": provenance.processors_text([*environments, *(part.environment for part in parts if part.timed)]),
         "outside": "" if outside is None else recommendations.outside_text(outside),
         "margin": 1.0 if outside is None else outside["margin"],
         "certified": report_checks.render_certificates(*folders),
@@ -151,10 +151,10 @@ def _beside(folders: Sequence[Path], environments: Sequence[Mapping[str, Any]]) 
     }
 
 
-def _origin_text(one: provenance.Origin) -> str:
+def _origin_text(part: provenance.Origin) -> str:
     """A part of the page that other sources made."""
-    said = [f"revision {one.revision}" if one.revision else "revision unknown", one.date[:10]]
-    return f"{one.part} ({', '.join(filter(None, said))}; {one.command} makes it again)"
+    details = [f"revision {part.revision}" if part.revision else "revision unknown", part.date[:10]]
+    return f"{part.part} ({', '.join(filter(None, details))}; {part.command} makes it again)"
 
 
 def _counts(run: Run, ran: pd.DataFrame) -> dict[str, Any]:
@@ -171,20 +171,20 @@ def _counts(run: Run, ran: pd.DataFrame) -> dict[str, Any]:
 
 def list_chosen(stands: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
     """For each library the methods that stand for it, with the kinds of systems and the words of its manual."""
-    found = []
+    chosen = []
     for stand in stands:
         methods: dict[str, dict[str, Any]] = {}
         for kind, name in stand["methods"].items():
-            one = representative(stand["name"], kind)
-            if name is None or one is None:
+            method = representative(stand["name"], kind)
+            if name is None or method is None:
                 continue
-            row = {"id": name, "kinds": [], "quote": one.quote, "source": one.source}
+            row = {"id": name, "kinds": [], "quote": method.quote, "source": method.source}
             methods.setdefault(name, row)["kinds"].append(number_text.lower_first(kind.partition(":")[0]))
         if len(methods) == 1:
             next(iter(methods.values()))["kinds"] = []
         if methods:
-            found.append({"title": stand["title"], "methods": list(methods.values())})
-    return found
+            chosen.append({"title": stand["title"], "methods": list(methods.values())})
+    return chosen
 
 
 def tolerances_text(trusted: pd.DataFrame) -> str:
@@ -266,8 +266,8 @@ def _not_run(run: Run) -> tuple[dict[str, list[str]], dict[str, dict[str, str]]]
         if row.measured < row.trials:
             outstanding.setdefault(row.case, []).append(f"{row.trials - row.measured} of {title(row.library)}")
     for case, words_ in outstanding.items():
-        said = f"Trials of this case that have not run yet: {', '.join(words_)}. What they would reach is not known."
-        lacking.setdefault(case, {})["default"] = said
+        text = f"Trials of this case that have not run yet: {', '.join(words_)}. What they would reach is not known."
+        lacking.setdefault(case, {})["default"] = text
     return unrun, lacking
 
 
@@ -282,10 +282,10 @@ def machines_text(frame: pd.DataFrame) -> str:
 def limits_text(reduced: pd.DataFrame) -> dict[str, str]:
     """By case the time limits of a trial on its default variant, in words. `reduced`: `analysis.settings`."""
     limits = reduced[(reduced["variant"] == "") & (reduced["limit_seconds"] > 0)].groupby("case")["limit_seconds"]
-    found = {}
-    for name, (low, high) in limits.agg(["min", "max"]).iterrows():
-        found[str(name)] = f"Each trial may take {low:g} s{f', one of an engine {high:g} s' if high > low else ''}."
-    return found
+    return {
+        str(name): f"Each trial may take {low:g} s{f', one of an engine {high:g} s' if high > low else ''}."
+        for name, (low, high) in limits.agg(["min", "max"]).iterrows()
+    }
 
 
 LIMITED = (Status.TIMEOUT, Status.SKIPPED)
@@ -296,13 +296,13 @@ def tell_origin(environments: Sequence[Mapping[str, str | None]], writer: Mappin
     """Which code measured, and which wrote the page. `writer`: the environment of the process that writes it."""
 
     def code(versions: Sequence[tuple[str | None, str | None]]) -> str:
-        said = [
+        texts = [
             f"gnomon {version or '?'}, " + (f"revision {at}" if at else "of no known revision")
             for version, at in versions
         ]
-        return number_text.join_words(said)
+        return number_text.join_words(texts)
 
-    measured = list(dict.fromkeys((one.get("gnomon"), one.get("revision")) for one in environments))
+    measured = list(dict.fromkeys((record.get("gnomon"), record.get("revision")) for record in environments))
     return f"Measured by {code(measured)}; written by {code([(writer.get('gnomon'), writer.get('revision'))])}."
 
 
@@ -324,13 +324,13 @@ def open_text(equal: pd.DataFrame) -> str:
 
 def together(environments: Sequence[dict[str, str | None]]) -> dict[str, str]:
     """The environments of several runs in one file as one: each name has all its values, in the order of the runs."""
-    found: dict[str, list[str]] = {}
+    by_name: dict[str, list[str]] = {}
     for each in environments:
         for name, value in each.items():
-            known = found.setdefault(name, [])
+            known = by_name.setdefault(name, [])
             if value is not None and value not in known:
                 known.append(value)
-    return {name: ", ".join(values) for name, values in found.items()}
+    return {name: ", ".join(values) for name, values in by_name.items()}
 
 
 def hierarchy_rows(levels: pd.DataFrame) -> list[dict[str, Any]]:
@@ -353,15 +353,15 @@ def engine_settings(frame: pd.DataFrame) -> list[dict[str, Any]]:
     """Changed engine settings, gathered by engine and setting: values and the policies that set them."""
     changed = frame.loc[~frame["settings_changed"].isin(("", "{}")), [*analysis.SERIES, "settings_changed"]]
     rows = [
-        (one.library, one.integrator_id, name, str(value), one.case)
-        for one in changed.drop_duplicates().itertuples()
-        for name, value in json.loads(one.settings_changed).items()
+        (row.library, row.integrator_id, name, str(value), row.case)
+        for row in changed.drop_duplicates().itertuples()
+        for name, value in json.loads(row.settings_changed).items()
     ]
     table = pd.DataFrame(rows, columns=["library", "integrator_id", "option", "value", "case"])
-    found = []
+    gathered = []
     for (library, setting, value), part in table.groupby(["library", "option", "value"], sort=False):
         by = {str(name): own["case"] for name, own in part.groupby("integrator_id", sort=False)}
         cases = list(dict.fromkeys(case for own in by.values() for case in own))
         row = {"library": library, "setting": setting, "value": value, "integrators": list(by), "cases": cases}
-        found.append(row)
-    return found
+        gathered.append(row)
+    return gathered

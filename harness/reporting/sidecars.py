@@ -34,46 +34,46 @@ def read(path: Path) -> Any:
     if path.stat().st_size > MOST_BYTES:
         raise ValueError(f"{path}: {path.stat().st_size} bytes; a file of gnomon's has at most {MOST_BYTES}")
     content = path.read_bytes()
-    given = f"{path.name}\n{json.dumps(_SCHEMA)}\n".encode() + content
+    inputs = f"{path.name}\n{json.dumps(_SCHEMA)}\n".encode() + content
     return keep_result(
-        (__name__, visible.__module__), given, lambda: _validate(path, content)
+        (__name__, visible.__module__), inputs, lambda: _validate(path, content)
     )  # validation takes seconds
 
 
 def _validate(path: Path, content: bytes) -> Any:
     try:
         # NaN and Infinity are not JSON: they become texts, which no number may be.
-        found = _visible(json.loads(content.decode(), parse_constant=str))
+        contents = _visible(json.loads(content.decode(), parse_constant=str))
     except (ValueError, RecursionError) as error:
-        told = "nested too deep" if isinstance(error, RecursionError) else str(error)
-        raise ValueError(f"{path}: no JSON of gnomon's ({told}); make it again, or remove it") from None
-    if path.name in FORMERLY_LISTS and isinstance(found, list):
-        found = {"environment": {}, "rows": found}
+        reason = "nested too deep" if isinstance(error, RecursionError) else str(error)
+        raise ValueError(f"{path}: no JSON of gnomon's ({reason}); make it again, or remove it") from None
+    if path.name in FORMERLY_LISTS and isinstance(contents, list):
+        contents = {"environment": {}, "rows": contents}
     validator = Draft202012Validator(_SCHEMA | {"$ref": f"#/$defs/{path.name}"})
-    wrong = next(validator.iter_errors(found), None)
+    wrong = next(validator.iter_errors(contents), None)
     if wrong is not None:
         place = wrong.json_path.removeprefix("$").lstrip(".")[:100] or "the whole"
-        told = f" = {visible(shortened(wrong.instance))}, where {wrong.schema.get('description')} belongs"
+        fault = f" = {visible(shortened(wrong.instance))}, where {wrong.schema.get('description')} belongs"
         if wrong.validator == "required":
-            told = f": {wrong.message}"
-        raise ValueError(f"{path}: {place}{told}; make it again, or remove it")
+            fault = f": {wrong.message}"
+        raise ValueError(f"{path}: {place}{fault}; make it again, or remove it")
     if path.name == LEAGUE:
-        _refuse_unnamed(path, found)
-    return found
+        _refuse_unnamed(path, contents)
+    return contents
 
 
-def _refuse_unnamed(path: Path, found: Mapping[str, Any]) -> None:
+def _refuse_unnamed(path: Path, contents: Mapping[str, Any]) -> None:
     """Raise ValueError for a row of the league whose integrator or scene is not among those of the file."""
     named = {
-        "integrator": {one["id"] for one in found["engines"]},
-        "scene": {one["scene"] for one in found["scenes"]},
+        "integrator": {engine["id"] for engine in contents["engines"]},
+        "scene": {scene["scene"] for scene in contents["scenes"]},
     }
-    for place, row in enumerate(found["rows"]):
+    for place, row in enumerate(contents["rows"]):
         for key, members in named.items():
             if row[key] not in members:
-                told = visible(shortened(row[key]))
+                value = visible(shortened(row[key]))
                 raise ValueError(
-                    f"{path}: rows[{place}].{key} = {told}, which the file does not describe; make it again, or remove it"
+                    f"{path}: rows[{place}].{key} = {value}, which the file does not describe; make it again, or remove it"
                 )
 
 

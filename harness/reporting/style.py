@@ -13,7 +13,7 @@ from gnomon.harness.contract.declared import read_declared
 from gnomon.harness.results.profiles import OURS
 
 _DECLARED = read_declared("reporting", "templates/colours.toml")
-_PAIRS = {name: one for name, one in _DECLARED["figures"].items() if isinstance(one, list)}
+_PAIRS = {name: pair for name, pair in _DECLARED["figures"].items() if isinstance(pair, list)}
 COLOURS: dict[str, str] = _DECLARED["figures"] | {name: light for name, (light, _) in _PAIRS.items()}
 """The colours of figures by name."""
 DARK: dict[str, str] = dict(_PAIRS.values())
@@ -33,13 +33,13 @@ def find_colour(name: str) -> str:
     return COLOURS[name]
 
 
-HUES = {name: find_colour(one.colour) for name, one in LIBRARIES.items() if one.colour} | {OURS: OWN_GREY}
+HUES = {name: find_colour(library.colour) for name, library in LIBRARIES.items() if library.colour} | {OURS: OWN_GREY}
 STYLE = read_declared("reporting", "templates/figures.toml")
 DRESS: dict[str, Any] = {
-    part: {key: find_colour(value) if key.lower().endswith("color") else value for key, value in given.items()}
-    if isinstance(given, dict)
-    else given
-    for part, given in STYLE["config"].items()
+    part: {key: find_colour(value) if key.lower().endswith("color") else value for key, value in setting.items()}
+    if isinstance(setting, dict)
+    else setting
+    for part, setting in STYLE["config"].items()
 } | {"view": {"stroke": None}}
 """The common style as Vega-Lite's configuration: grey axes, no frame, one font."""
 FAMILIES: dict[str, dict[str, Any]] = STYLE["families"]
@@ -58,7 +58,7 @@ def apply_theme(text: str) -> str:
     """A drawing, or its specification as JSON, with the colours of `DARK` as variables of the page's style sheet."""
     return re.sub(
         "#[0-9a-fA-F]{6}",
-        lambda found: f"var(--x{found[0][1:].lower()})" if found[0].lower() in DARK else found[0],
+        lambda match: f"var(--x{match[0][1:].lower()})" if match[0].lower() in DARK else match[0],
         text,
     )
 
@@ -84,24 +84,24 @@ def family(row: pd.Series) -> str:
 
 def styles(frame: pd.DataFrame) -> pd.DataFrame:
     """Label, colour, shape and dash of each integrator, third parties first, sorted by library, family and order."""
-    one = frame.drop_duplicates("integrator_id").copy()
-    one["engine"] = one["integrator_id"].isin(frame.loc[frame["form"] == "SceneForm", "integrator_id"])
-    one["family"] = one.apply(family, axis=1)
-    libraries = [name for name in HUES if name in set(one["library"])]
-    libraries += sorted(set(one["library"]) - set(HUES))
+    rows = frame.drop_duplicates("integrator_id").copy()
+    rows["engine"] = rows["integrator_id"].isin(frame.loc[frame["form"] == "SceneForm", "integrator_id"])
+    rows["family"] = rows.apply(family, axis=1)
+    libraries = [name for name in HUES if name in set(rows["library"])]
+    libraries += sorted(set(rows["library"]) - set(HUES))
     place = {name: i for i, name in enumerate(libraries)}
     kind = {name: i for i, name in enumerate(FAMILIES)}
-    one = one.assign(lane=one["library"].map(place), kind=one["family"].map(kind))
-    one = one.sort_values(["lane", "kind", "order_declared", "integrator_id"], na_position="last")
+    rows = rows.assign(lane=rows["library"].map(place), kind=rows["family"].map(kind))
+    rows = rows.sort_values(["lane", "kind", "order_declared", "integrator_id"], na_position="last")
     return pd.DataFrame(
         {
-            "series": one["integrator_id"],
-            "library": one["library"],
-            "family": one["family"],
-            "colour": [hue(name) for name in one["library"]],
-            "shape": [FAMILIES[name]["shape"] for name in one["family"]],
-            "dash": [FAMILIES[name]["dash"] for name in one["family"]],
-            "lane": one["lane"],
+            "series": rows["integrator_id"],
+            "library": rows["library"],
+            "family": rows["family"],
+            "colour": [hue(name) for name in rows["library"]],
+            "shape": [FAMILIES[name]["shape"] for name in rows["family"]],
+            "dash": [FAMILIES[name]["dash"] for name in rows["family"]],
+            "lane": rows["lane"],
         }
     ).reset_index(drop=True)
 
@@ -113,7 +113,7 @@ def records(table: pd.DataFrame) -> list[dict[str, Any]]:
 
 def dress(chart: Any, datasets: dict[str, Any] | None = None) -> Any:
     """The chart in the common style: grey axes, no frame, one font; with its data by name."""
-    found = chart.configure(**DRESS)
+    dressed = chart.configure(**DRESS)
     if datasets is not None:
-        found.datasets = datasets  # last: every call before copies all rows
-    return found
+        dressed.datasets = datasets  # last: every call before copies all rows
+    return dressed

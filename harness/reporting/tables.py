@@ -94,12 +94,12 @@ def fastest(
     there are. `equal`: `rankings.divisions`; `unknown`: cases of which nothing is said, and why; `later`:
     `rankings.one_more_period`.
     """
-    found, of_later = _cells(equal), {} if later is None else _cells(later)
+    by_problem, of_later = _cells(equal), {} if later is None else _cells(later)
     rows = []
     for case, formulation in problems:
         cells = []
         for target in TARGETS:
-            at = found.get((case, formulation, target))
+            at = by_problem.get((case, formulation, target))
             if at and case not in unknown:
                 cells.append(_first_of(at, of_later.get((case, formulation, target), ())))
             else:
@@ -112,10 +112,10 @@ def _cells(equal: pd.DataFrame) -> dict[tuple[str, str, float], list[dict[str, A
     """By case, formulation and error the rows of third parties from the default start, the fastest first."""
     default = equal[equal["variant"] == ""].sort_values("seconds")
     third = default[default["division"] == THIRD]
-    found: dict[tuple[str, str, float], list[dict[str, Any]]] = {}
+    by_problem: dict[tuple[str, str, float], list[dict[str, Any]]] = {}
     for row in records(third if len(third) else default):
-        found.setdefault((row["case"], row["formulation"], row["target"]), []).append(row)
-    return found
+        by_problem.setdefault((row["case"], row["formulation"], row["target"]), []).append(row)
+    return by_problem
 
 
 def _first_of(at: Sequence[Mapping[str, Any]], later: Sequence[Mapping[str, Any]]) -> Cell:
@@ -143,14 +143,14 @@ def _against_first(row: Mapping[str, Any]) -> str:
 BREAK_EVEN_HEADS = tuple(f"{group_digits(number)} solve{'s' * (number > 1)}" for number in SOLVES)
 
 
-def break_even_parts(found: Iterable[AtError]) -> list[dict[str, Any]]:
+def break_even_parts(costs: Iterable[AtError]) -> list[dict[str, Any]]:
     """For each error, in words, the costs of the libraries, the fastest of them, and those that are not compared."""
     return [
         {
-            "error": power_text(one.target),
-            "systems": one.systems,
-            "said": _even_text(one),
-            "aside": ", ".join(f"{title(name)} (on {reached})" for name, reached in one.aside),
+            "error": power_text(level.target),
+            "systems": level.systems,
+            "said": _even_text(level),
+            "aside": ", ".join(f"{title(name)} (on {reached})" for name, reached in level.aside),
             "rows": [
                 Row(
                     title(of.name),
@@ -160,18 +160,18 @@ def break_even_parts(found: Iterable[AtError]) -> list[dict[str, Any]]:
                     ],
                     note=str(of.reached),
                 )
-                for of in one.libraries
+                for of in level.libraries
             ],
         }
-        for one in found
+        for level in costs
     ]
 
 
-def _even_text(one: AtError) -> str:
-    first, later, many = title(one.first), title(one.later), group_digits(SOLVES[-1])
+def _even_text(level: AtError) -> str:
+    first, later, many = title(level.first), title(level.later), group_digits(SOLVES[-1])
     if first == later:
         return f"{first} has the least cost for one solve and for {many}"
-    even = f", from {group_digits(round(one.even))} on in the median" if math.isfinite(one.even) else ""
+    even = f", from {group_digits(round(level.even))} on in the median" if math.isfinite(level.even) else ""
     return f"{first} has the least cost for one solve, and {later} for {many}{even}"
 
 
@@ -208,10 +208,10 @@ def stability_rows(
 
 def _by_key(table: pd.DataFrame, *columns: str) -> dict[tuple[Any, ...], dict[str, Any]]:
     """The rows by the values of these columns; the first of several rows with equal values."""
-    found: dict[tuple[Any, ...], dict[str, Any]] = {}
+    by_key: dict[tuple[Any, ...], dict[str, Any]] = {}
     for row in records(table):
-        found.setdefault(tuple(row[column] for column in columns), row)
-    return found
+        by_key.setdefault(tuple(row[column] for column in columns), row)
+    return by_key
 
 
 def _first(series: dict[str, Any]) -> str:
@@ -220,35 +220,35 @@ def _first(series: dict[str, Any]) -> str:
     return f"{series['failure']}: {series['reason']}" if series["failure"] else ""
 
 
-def _order(found: dict[str, Any] | None) -> Cell:
-    if found is None:
+def _order(row: dict[str, Any] | None) -> Cell:
+    if row is None:
         return Cell("–", kind="none")
-    declared = f"declared {found['declared']:.0f}" if math.isfinite(found["declared"]) else ""
-    if found["order"] > found["margin"]:
-        return Cell(f"order {order_text(found['order'], found['margin'])}", declared)
-    if math.isfinite(found["order"]):
+    declared = f"declared {row['declared']:.0f}" if math.isfinite(row["declared"]) else ""
+    if row["order"] > row["margin"]:
+        return Cell(f"order {order_text(row['order'], row['margin'])}", declared)
+    if math.isfinite(row["order"]):
         return Cell("no order", "; ".join(filter(None, ("the error does not fall with the step", declared))), "none")
-    if found["why"] or not math.isfinite(found["lowest"]):
-        return Cell("–", "; ".join(word for word in (found["why"], declared) if word), "none")
-    bent = f"slopes from {found['lowest']:.1f} to {found['highest']:.1f}"
+    if row["why"] or not math.isfinite(row["lowest"]):
+        return Cell("–", "; ".join(word for word in (row["why"], declared) if word), "none")
+    bent = f"slopes from {row['lowest']:.1f} to {row['highest']:.1f}"
     return Cell("no line", "; ".join(word for word in (bent, declared) if word), "none")
 
 
-def _parts(found: dict[str, Any] | None) -> Cell:
+def _parts(row: dict[str, Any] | None) -> Cell:
     """The error along the motion and across it, lost turns of angles, and events against the exact ones."""
-    if found is None:
+    if row is None:
         return Cell("–", kind="none")
     words, note = [], ""
-    if math.isfinite(found["error_phase"]):
-        words.append(f"phase {error_text(found['error_phase'])}")
-        note = f"shape {error_text(found['error_shape'])}"
-    if math.isfinite(found["events_missing"]):
-        missing, extra = int(found["events_missing"]), int(found["events_extra"])
+    if math.isfinite(row["error_phase"]):
+        words.append(f"phase {error_text(row['error_phase'])}")
+        note = f"shape {error_text(row['error_shape'])}"
+    if math.isfinite(row["events_missing"]):
+        missing, extra = int(row["events_missing"]), int(row["events_extra"])
         missed = [f"{n} {word}" for n, word in ((missing, "missing"), (extra, "too many")) if n]
         words.append("events: " + (", ".join(missed) or "all"))
-        note = f"times within {error_text(found['events_time_error'])} s"
-    if found["turns"] > 0:
-        note += f"{'; ' if note else ''}up to {found['turns']:.0f} turns off"
+        note = f"times within {error_text(row['events_time_error'])} s"
+    if row["turns"] > 0:
+        note += f"{'; ' if note else ''}up to {row['turns']:.0f} turns off"
     return Cell("; ".join(words), note) if words or note else Cell("–", kind="none")
 
 
@@ -269,13 +269,13 @@ def _drift(laws: list[dict[str, Any]] | None) -> list[Cell]:
     return [first, Cell("", text)]
 
 
-def _growth(found: dict[str, Any]) -> tuple[str, str]:
+def _growth(row: dict[str, Any]) -> tuple[str, str]:
     """The law (– if several are within the interval of the power), and the power with its interval."""
     power = ""
-    if math.isfinite(found["power"]):
-        digits = 2 if found["high"] - found["low"] < WIDE else 1
-        power = f"power {found['power']:.{digits}f} ({found['low']:.{digits}f} to {found['high']:.{digits}f})"
-    return LAWS.get(found["law"], found["law"]) or "–", power
+    if math.isfinite(row["power"]):
+        digits = 2 if row["high"] - row["low"] < WIDE else 1
+        power = f"power {row['power']:.{digits}f} ({row['low']:.{digits}f} to {row['high']:.{digits}f})"
+    return LAWS.get(row["law"], row["law"]) or "–", power
 
 
 def failure_groups(failed: pd.DataFrame) -> list[dict[str, Any]]:

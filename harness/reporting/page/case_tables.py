@@ -49,7 +49,7 @@ def case_tables(run: Run) -> Tables:
     by_axis = {axis: _by_key(rows) for axis, rows in (("time", run.equal), ("calls", run.counted))}
     ran = run.frame[~run.frame["status"].isin(NEVER_RAN)]
     preparing = preparations(ran).droplevel("library").to_dict()
-    found: Tables = {}
+    tables: Tables = {}
     for (case, variant, formulation), part in ran.groupby(PROBLEM, sort=False):
         label_ = (variant or "default") + (f" · {formulation}" if formulation else "")
         names = {
@@ -64,8 +64,8 @@ def case_tables(run: Run) -> Tables:
             for name in names
         }
         times = {name: preparing.get((case, variant, formulation, name), math.nan) for name in names}
-        found.setdefault(str(case), {})[label_] = "".join(_bodies(names, cells, times))
-    return found
+        tables.setdefault(str(case), {})[label_] = "".join(_bodies(names, cells, times))
+    return tables
 
 
 def _by_key(rows: pd.DataFrame) -> dict[tuple[Any, ...], dict[str, Any]]:
@@ -85,7 +85,7 @@ def _bodies(names: Mapping[str, str], cells: Mapping[str, Any], times: Mapping[s
             for k in range(len(TARGETS))
         )
         yield "</tr>"
-        for name in sorted(members, key=lambda one: _place(cells[one])):
+        for name in sorted(members, key=lambda name: _place(cells[name])):
             notes = [way(name), f"prepared in {time_text(times[name])}" if math.isfinite(times[name]) else ""]
             note = " · ".join(filter(None, notes))
             yield f"<tr><th>{escape(label(name))}<small>{escape(note)}</small></th>"

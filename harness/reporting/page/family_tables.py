@@ -23,14 +23,14 @@ APART = 1e3
 
 def family_tables(run: Run) -> Tables:
     """For every problem a table of its families."""
-    found: Tables = {}
+    tables: Tables = {}
     further = horizon_rows(run) | constraint_rows(run)
     for (case, variant), of in run.sweeps.items():
         rows = families.families(of)
         if any(math.isfinite(row.error) for row in rows):
             table = f"<tbody>{''.join(map(_row, rows))}</tbody>{further.get((case, variant or DEFAULT), '')}"
-            found.setdefault(case, {})[variant or DEFAULT] = table
-    return found
+            tables.setdefault(case, {})[variant or DEFAULT] = table
+    return tables
 
 
 def horizon_rows(run: Run) -> dict[tuple[str, str], str]:
@@ -44,17 +44,17 @@ def horizon_rows(run: Run) -> dict[tuple[str, str], str]:
         return {}
     judged = judged.assign(family=judged["integrator_id"].map(family_of))
     order = [*FAMILIES, OTHER]
-    found = {}
+    tables = {}
     for (case, variant), rows in judged.groupby(["case", "variant"]):
-        by = sorted(rows.groupby("family"), key=lambda one: order.index(one[0]))
+        by = sorted(rows.groupby("family"), key=lambda group: order.index(group[0]))
         horizon = figures_text(float(rows["horizon"].iloc[0]), 3)
         head = (
             f"<tr><td colspan=4>Chaotic: at the horizon, {horizon} s, half an ulp of the numbers has grown to an error of 1. "
             "So each sample's error counts as a multiple of the conditioning there:</td></tr>"
         )
         names = "<tr><th>family</th><th>within 10 times</th><th>closest</th><th>its largest multiple</th></tr>"
-        found[case, variant] = f"<tbody>{head}{names}{''.join(_along(family, of) for family, of in by)}</tbody>"
-    return found
+        tables[case, variant] = f"<tbody>{head}{names}{''.join(_along(family, of) for family, of in by)}</tbody>"
+    return tables
 
 
 def _along(family: str, of: pd.DataFrame) -> str:
@@ -75,7 +75,7 @@ def constraint_rows(run: Run) -> dict[tuple[str, str], str]:
     own = family == "Constrained coordinates"
     judged = judged.assign(family=family, of=judged["integrator_id"].where(own, family))
     order = [*FAMILIES, OTHER]
-    found = {}
+    tables = {}
     for (case, variant), rows in judged.groupby(["case", "variant"]):
         best = rows.loc[rows.groupby("of")["error_max"].idxmin().dropna()].to_dict("records")
         head = (
@@ -83,9 +83,9 @@ def constraint_rows(run: Run) -> dict[tuple[str, str], str]:
             "the departure from the constraints of the start, in their units.</td></tr>"
         )
         names = "<tr><th>family</th><th>method</th><th>position, velocity, multiplier</th><th>drift, its rate</th></tr>"
-        by = sorted(best, key=lambda one: (order.index(one["family"]), one["error_max"]))
-        found[case, variant] = f"<tbody>{head}{names}{''.join(map(_apart, by))}</tbody>"
-    return found
+        by = sorted(best, key=lambda row: (order.index(row["family"]), row["error_max"]))
+        tables[case, variant] = f"<tbody>{head}{names}{''.join(map(_apart, by))}</tbody>"
+    return tables
 
 
 def _apart(row: dict[str, Any]) -> str:
@@ -95,11 +95,11 @@ def _apart(row: dict[str, Any]) -> str:
     return f"<tr><th>{escape(row['family'])}</th>{''.join(f'<td>{cell}</td>' for cell in cells)}</tr>"
 
 
-def _row(one: Family) -> str:
-    fastest = f"{_name(one.fastest)} <small>{time_text(one.seconds)}</small>" if math.isfinite(one.seconds) else "–"
-    closest = f"{_name(one.closest)} <small>{error_text(one.error)}</small>" if math.isfinite(one.error) else "–"
-    cells = (f"{one.succeed} of {one.ran}", fastest, closest)
-    return f"<tr><th>{escape(one.name)}</th>{''.join(f'<td>{cell}</td>' for cell in cells)}</tr>"
+def _row(row: Family) -> str:
+    fastest = f"{_name(row.fastest)} <small>{time_text(row.seconds)}</small>" if math.isfinite(row.seconds) else "–"
+    closest = f"{_name(row.closest)} <small>{error_text(row.error)}</small>" if math.isfinite(row.error) else "–"
+    cells = (f"{row.succeed} of {row.ran}", fastest, closest)
+    return f"<tr><th>{escape(row.name)}</th>{''.join(f'<td>{cell}</td>' for cell in cells)}</tr>"
 
 
 def _name(integrator: str) -> str:
@@ -111,10 +111,10 @@ def separating(run: Run) -> dict[str, Any]:
 
     At equal time alone, the overhead of a library separates methods too. The smaller of the two ratios sorts the rows.
     """
-    third = {problem: [one for one in of if one.library != OURS] for problem, of in run.sweeps.items()}
+    third = {problem: [sweep for sweep in of if sweep.library != OURS] for problem, of in run.sweeps.items()}
     every = [(problem, {axis: families.separation(of, axis) for axis in AXES}) for problem, of in third.items()]
     both = [(problem, of) for problem, of in every if None not in of.values()]
-    least = [(min(one.factor for one in of.values() if one is not None), problem, of) for problem, of in both]
+    least = [(min(gap.factor for gap in of.values() if gap is not None), problem, of) for problem, of in both]
     apart = sorted((row for row in least if row[0] >= APART), key=lambda row: -row[0])
     return {
         "compared": len(both),
@@ -127,16 +127,16 @@ def separating(run: Run) -> dict[str, Any]:
 
 
 def _separation(case: str, variant: str, of: dict[str, Separation | None]) -> dict[str, Any]:
-    return {"case": case, "variant": variant} | {axis: _text(one, axis) for axis, one in of.items() if one is not None}
+    return {"case": case, "variant": variant} | {axis: _text(gap, axis) for axis, gap in of.items() if gap is not None}
 
 
-def _text(one: Separation, axis: str) -> dict[str, str]:
+def _text(separation: Separation, axis: str) -> dict[str, str]:
     return {
-        "best": label(one.best),
-        "family": family_of(one.best),
-        "error": power_text(one.error),
-        "cost": time_text(one.cost) if axis == families.TIME else f"{one.cost:.0f} evaluations",
-        "median": "no answer" if one.median >= 1 else error_text(one.median),
-        "among": f"{one.methods} of {one.libraries} libraries",
-        "factor": f"{'' if one.median < 1 else '> '}{error_text(one.factor)}",
+        "best": label(separation.best),
+        "family": family_of(separation.best),
+        "error": power_text(separation.error),
+        "cost": time_text(separation.cost) if axis == families.TIME else f"{separation.cost:.0f} evaluations",
+        "median": "no answer" if separation.median >= 1 else error_text(separation.median),
+        "among": f"{separation.methods} of {separation.libraries} libraries",
+        "factor": f"{'' if separation.median < 1 else '> '}{error_text(separation.factor)}",
     }

@@ -37,49 +37,49 @@ FAILS = {
 }
 
 
-def first_screen(found: Representatives) -> dict[str, Any]:
+def first_screen(libraries: Representatives) -> dict[str, Any]:
     """The parts of the first screen: `lead`, `kinds`, `profiles` (None with few cases), `fails`, `faster`."""
-    by_axis = {"time": found.rows(found.run.equal), "calls": found.rows(found.run.counted)}
+    by_axis = {"time": libraries.rows(libraries.run.equal), "calls": libraries.rows(libraries.run.counted)}
     return {
-        "lead": _lead(found),
-        "profiles": _profiles(found, by_axis),
-        "kinds": kind_table(found, found.measured, found.limits) if len(found.complete) > 1 else None,
-        "fails": _fails(found) if len(found.complete) > 1 else None,
-        "stands": [one._asdict() for one in found.stands],
-        "faster": [one._asdict() for one in found.faster(AT)],
-        "complete": len(found.complete),
+        "lead": _lead(libraries),
+        "profiles": _profiles(libraries, by_axis),
+        "kinds": kind_table(libraries, libraries.measured, libraries.limits) if len(libraries.complete) > 1 else None,
+        "fails": _fails(libraries) if len(libraries.complete) > 1 else None,
+        "stands": [stand._asdict() for stand in libraries.stands],
+        "faster": [row._asdict() for row in libraries.faster(AT)],
+        "complete": len(libraries.complete),
     }
 
 
-def _lead(found: Representatives) -> dict[str, Any] | None:
+def _lead(libraries: Representatives) -> dict[str, Any] | None:
     """One case with its moving picture, its diagram and the times to 1e-6 in a sentence; None without a default variant."""
-    run = found.run
+    run = libraries.run
     rows = analysis.own(analysis.settings(run.frame))
     rows = rows[~rows["status"].isin([*CANNOT_RUN, Status.SKIPPED])]
     present = list(dict.fromkeys(rows["case"].tolist()))
-    ready = [name for name in found.complete if name in present] or present
+    ready = [name for name in libraries.complete if name in present] or present
     if not ready:
         return None
     case = LEAD if LEAD in ready else ready[0]
     rows = rows[rows["case"] == case]
-    names = choose_for(found, case, list(rows["integrator_id"].unique()))
+    names = choose_for(libraries, case, list(rows["integrator_id"].unique()))
     rows = rows[rows["integrator_id"].isin(names)]
     if rows.empty:
         return None
-    least = {axis: _least(found, case, axis) for axis in AXES}
+    least = {axis: _least(libraries, case, axis) for axis in AXES}
     specs = [
-        _diagram(rows, [label(one) for one in _order_divisions(names, least[axis])], axis, width)
+        _diagram(rows, [label(name) for name in _order_divisions(names, least[axis])], axis, width)
         for axis in AXES
         for width in (WIDE, NARROW)
     ]
     drawn = iter(stills(specs))
     drawings = {axis: {width: next(drawn) for width in (WIDE, NARROW)} for axis in AXES}
-    known = next((one for one in run.cases if one.name == case), None)
+    known = next((motion for motion in run.cases if motion.name == case), None)
     return {
         "case": case,
         "title": run.titles[case],
         "figure": figure(drawings, f"Work-precision diagram of the case {case}: error against time or evaluations"),
-        "said": {axis: _say_case(found, case, _order_divisions(names, least[axis]), axis) for axis in AXES},
+        "said": {axis: _say_case(libraries, case, _order_divisions(names, least[axis]), axis) for axis in AXES},
         "conditioning": error_text(float(rows["conditioning"].max())),
         "moving": None
         if known is None
@@ -87,9 +87,9 @@ def _lead(found: Representatives) -> dict[str, Any] | None:
     }
 
 
-def _least(found: Representatives, case: str, axis: str) -> dict[str, float]:
+def _least(libraries: Representatives, case: str, axis: str) -> dict[str, float]:
     """The time or count to 1e-6 of each integrator that reaches it on a case; nan of one that reaches only other errors."""
-    equal = found.run.equal if axis == "time" else found.run.counted
+    equal = libraries.run.equal if axis == "time" else libraries.run.counted
     rows = analysis.own(equal[equal["case"] == case])
     at = rows[rows["target"] == AT].set_index("integrator_id")[AXES[axis]]
     return {name: float(at.get(name, math.nan)) for name in rows["integrator_id"].unique()}
@@ -99,27 +99,27 @@ def _order_divisions(names: Sequence[str], least: Mapping[str, float]) -> list[s
     """The divisions in their order; in each the least first, last those that do not reach the error."""
     value = {name: at for name, at in least.items() if math.isfinite(at)}
     places = (YOURS, THIRD, OWN)
-    return sorted(names, key=lambda one: (places.index(division(one.partition(":")[0])), value.get(one, math.inf)))
+    return sorted(names, key=lambda name: (places.index(division(name.partition(":")[0])), value.get(name, math.inf)))
 
 
-def _say_case(found: Representatives, case: str, names: Sequence[str], axis: str) -> str:
+def _say_case(libraries: Representatives, case: str, names: Sequence[str], axis: str) -> str:
     """The times or counts of a case at 1e-6 in one sentence, third parties first. `names`: in the order of the sentence."""
-    known = _least(found, case, axis)
-    said: dict[str, list[str]] = {THIRD: [], YOURS: [], OWN: []}
+    known = _least(libraries, case, axis)
+    clauses: dict[str, list[str]] = {THIRD: [], YOURS: [], OWN: []}
     for name in names:
         of = division(name.partition(":")[0])
         shown = label(name).removeprefix("gnomon ") if of == OWN else label(name)
         value = known.get(name, math.nan)
         if math.isfinite(value):
-            said[of].append(f"{shown} {time_text(value) if axis == 'time' else f'{value:.0f}'}")
-        elif case in found.complete and (axis == "time" or name in known):
-            said[of].append(f"{shown} does not reach it")
-    text = "; ".join(", ".join(said[of]) for of in (YOURS, THIRD) if said[of])
-    if said[OWN]:
-        text += ("; and of gnomon’s own: " if text else "") + ", ".join(said[OWN])
+            clauses[of].append(f"{shown} {time_text(value) if axis == 'time' else f'{value:.0f}'}")
+        elif case in libraries.complete and (axis == "time" or name in known):
+            clauses[of].append(f"{shown} does not reach it")
+    text = "; ".join(", ".join(clauses[of]) for of in (YOURS, THIRD) if clauses[of])
+    if clauses[OWN]:
+        text += ("; and of gnomon’s own: " if text else "") + ", ".join(clauses[OWN])
     what = "on" if axis == "time" else "evaluations of the equations on"
-    title = number_text.lower_first(found.run.titles[case])
-    limits = f" “Does not reach it”: within {found.limits_of(case)}." if "does not reach it" in text else ""
+    title = number_text.lower_first(libraries.run.titles[case])
+    limits = f" “Does not reach it”: within {libraries.limits_of(case)}." if "does not reach it" in text else ""
     words = f"{what} “{title}” at an error of {power_text(AT)}: {text or 'not counted'}.{limits}"
     return words[0].upper() + words[1:]
 
@@ -133,19 +133,19 @@ def _diagram(rows: pd.DataFrame, order: Sequence[str], axis: str, width: str) ->
     answered = rows[rows["status"].isin([Status.OK, Status.INACCURATE]) & (rows[column] > 0)]
     points = pd.DataFrame(
         {
-            "name": [label(one) for one in answered["integrator_id"]],
+            "name": [label(name) for name in answered["integrator_id"]],
             "own": (answered["library"] == profiles.OURS).to_numpy(),
             "x": np.log10(answered[column].to_numpy(float)),
             "y": np.clip(np.log10(np.maximum(answered["error_max"].to_numpy(float), 1e-300)), EXACT, MARGIN),
             "setting": answered["setting"].to_numpy(float),
         }
     ).sort_values("setting", ascending=False)
-    names = {label(one.integrator_id): one.library for one in rows.drop_duplicates("integrator_id").itertuples()}
+    names = {label(row.integrator_id): row.library for row in rows.drop_duplicates("integrator_id").itertuples()}
     present = set(points["name"])
     domain = [name for name in order if name in present]
     limit = float(rows["conditioning"].max())
     at = [{"y": math.log10(limit)}] if limit > 0 else []
-    lowest = math.floor(min([*points["y"], *(one["y"] for one in at), -12.0])) - 0.5
+    lowest = math.floor(min([*points["y"], *(mark["y"] for mark in at), -12.0])) - 0.5
     low, high = (float(points["x"].min()), float(points["x"].max())) if len(points) else (0.0, 1.0)
     what = {"time": "time of one solve (less is better)", "calls": "evaluations of the equations (less is better)"}
     named = f"({expression({'time': SECONDS, 'calls': COUNTS}[axis])})[datum.value] || ''"
@@ -195,24 +195,24 @@ def _colours(names: Sequence[str], colours: Sequence[str], legend: Mapping[str, 
 def _distinct(libraries: Sequence[str]) -> list[str]:
     """A colour a line: of its library, if each library has one line here; else one of the hues in turn."""
     if len(set(libraries)) == len(libraries):
-        return [hue(one) for one in libraries]
+        return [hue(library) for library in libraries]
     others = [find_colour(name) for name in ("orange", "green", "blue", "pink", "ochre", "violet", "ink")]
     return [
-        OWN_GREY if one == profiles.OURS and len(set(libraries)) > 1 else others[k % len(others)]
-        for k, one in enumerate(libraries)
+        OWN_GREY if library == profiles.OURS and len(set(libraries)) > 1 else others[k % len(others)]
+        for k, library in enumerate(libraries)
     ]
 
 
-def _profiles(found: Representatives, by_axis: Mapping[str, pd.DataFrame]) -> dict[str, Any] | None:
+def _profiles(libraries: Representatives, by_axis: Mapping[str, pd.DataFrame]) -> dict[str, Any] | None:
     """Performance profiles of the libraries at three errors, with the shares at their right ends.
 
     None with few cases, or without a third party, which sets the scale.
     """
-    if len(found.complete) < FEWEST or not found.third:
+    if len(libraries.complete) < FEWEST or not libraries.third:
         return None
     specs, shares = [], {}
     for axis, column in AXES.items():
-        parts = {target: _shares(found, by_axis[axis], target, column) for target in TARGETS}
+        parts = {target: _shares(libraries, by_axis[axis], target, column) for target in TARGETS}
         shares[axis] = parts
         specs += [_profile_chart(parts, axis, width) for width in (WIDE, NARROW)]
     drawn = iter(stills(specs))
@@ -222,32 +222,32 @@ def _profiles(found: Representatives, by_axis: Mapping[str, pd.DataFrame]) -> di
             drawings,
             "Performance profiles of the libraries at errors of 1e-3, 1e-6 and 1e-9; the sentence below has the numbers",
         ),
-        "said": _say_reach(found, shares["time"][AT]),
+        "said": _say_reach(libraries, shares["time"][AT]),
     }
 
 
-def _shares(found: Representatives, rows: pd.DataFrame, target: float, column: str) -> list[dict[str, Any]]:
+def _shares(libraries: Representatives, rows: pd.DataFrame, target: float, column: str) -> list[dict[str, Any]]:
     """For each stand its share of all complete cases within each factor of the least third-party value, with its band.
 
     gnomon's own methods never set the scale: where they take less than all third parties, they are at a factor of 1.
     """
-    table = found.times(rows, target, column)
-    least = table[found.third].min(axis=1)
+    table = libraries.times(rows, target, column)
+    least = table[libraries.third].min(axis=1)
     ratio = table.div(least, axis=0).where(np.isfinite(table), np.inf).clip(lower=1.0)
     ratio = ratio.mask(np.isinf(least), table.where(np.isinf(table), 1.0), axis=0)
-    known = {one.name: one for one in found.stands}
+    known = {stand.name: stand for stand in libraries.stands}
     some = [name for name in ratio if np.isfinite(ratio[name]).any() or column == "seconds"]
     return [
-        {"stand": known[one.name], "share": one.share, "low": one.low, "high": one.high}
-        for one in profiles.profiles(ratio[some], FACTORS.tolist())
+        {"stand": known[profile.name], "share": profile.share, "low": profile.low, "high": profile.high}
+        for profile in profiles.profiles(ratio[some], FACTORS.tolist())
     ]
 
 
 def _profile_chart(parts: Mapping[float, Sequence[Mapping[str, Any]]], axis: str, width: str) -> dict[str, Any]:
     """A diagram an error, beside each other or below: a line a library with its band, its name and share at the end."""
-    titles = [one["stand"].title for part in parts.values() for one in part]
+    titles = [row["stand"].title for part in parts.values() for row in part]
     domain = list(dict.fromkeys(titles))
-    stand = {one["stand"].title: one["stand"] for part in parts.values() for one in part}
+    stand = {row["stand"].title: row["stand"] for part in parts.values() for row in part}
     colours = [hue(stand[name].name.partition(":")[0]) for name in domain]
     what = {"time": "time", "calls": "evaluations"}[axis] + " / least third-party"
     x = _axis(
@@ -271,10 +271,10 @@ def _profile_chart(parts: Mapping[float, Sequence[Mapping[str, Any]]], axis: str
             "encoding": {"x": x, "y": y, "color": _colours(domain, colours, None)},
         }
         rows = [
-            {"name": one["stand"].title, "x": at, "share": round(s, 4), "low": round(low, 4), "high": round(high, 4)}
-            for one in part
+            {"name": row["stand"].title, "x": at, "share": round(s, 4), "low": round(low, 4), "high": round(high, 4)}
+            for row in part
             for at, s, low, high in zip(
-                np.log10(FACTORS).round(3).tolist(), *(one[n].tolist() for n in ("share", "low", "high")), strict=True
+                np.log10(FACTORS).round(3).tolist(), *(row[n].tolist() for n in ("share", "low", "high")), strict=True
             )
         ]
         size = {"width": 165, "height": 200} if width == WIDE else {"width": 205, "height": 150}
@@ -295,16 +295,16 @@ def _ends(
 ) -> list[dict[str, Any]]:
     """Layers with the name and the share of each line at its right end, apart also where lines cover each other."""
     gap = 12 / height
-    ordered = sorted(part, key=lambda one: -one["share"][-1])
-    places = [float(one["share"][-1]) for one in ordered]
+    ordered = sorted(part, key=lambda row: -row["share"][-1])
+    places = [float(row["share"][-1]) for row in ordered]
     for k in range(1, len(places)):
         places[k] = min(places[k], places[k - 1] - gap)
     for k in reversed(range(len(places))):  # none below the axis
         places[k] = max(places[k], gap * (len(places) - 1 - k))
     rows = [
-        {"name": one["stand"].title, "share": round(float(one["share"][-1]), 4), "at": round(at, 4), "x": 3, "end": 3.2}
-        | {"text": f"{one['stand'].title} {one['share'][-1]:.0%}"}
-        for one, at in zip(ordered, places, strict=True)
+        {"name": row["stand"].title, "share": round(float(row["share"][-1]), 4), "at": round(at, 4), "x": 3, "end": 3.2}
+        | {"text": f"{row['stand'].title} {row['share'][-1]:.0%}"}
+        for row, at in zip(ordered, places, strict=True)
     ]
     to = {"x2": {"field": "end"}, "y2": {"field": "at"}, "color": colour}
     leader = {"mark": {"type": "rule", "strokeWidth": 1.4}, "encoding": {"x": x, "y": y, **to}}
@@ -313,54 +313,55 @@ def _ends(
     return [layer | {"data": {"values": rows}} for layer in (leader, words)]
 
 
-def _say_reach(found: Representatives, part: Sequence[Mapping[str, Any]]) -> str:
+def _say_reach(libraries: Representatives, part: Sequence[Mapping[str, Any]]) -> str:
     """On how many of the cases that it can state each library reaches an error of 1e-6, third parties first, in falling order."""
     able = {
-        one.name: sum(_can_state(found, case, found.method(one, case)) for case in found.complete)
-        for one in found.whole
+        stand.name: sum(_can_state(libraries, case, libraries.method(stand, case)) for case in libraries.complete)
+        for stand in libraries.whole
     }
-    stands = [one["stand"] for one in part]
+    stands = [row["stand"] for row in part]
     count = {
-        one.name: sum(found.reaches(case, str(found.method(one, case)), AT) for case in found.complete)
-        for one in stands
+        stand.name: sum(libraries.reaches(case, str(libraries.method(stand, case)), AT) for case in libraries.complete)
+        for stand in stands
     }
-    stands.sort(key=lambda one: (one.division == OWN, -count[one.name]))
-    words = [f"{one.title} on {count[one.name]} of {able[one.name]}" for one in stands]
-    others = sum(one.division != OWN for one in stands)
-    said = "; ".join(join_words(part) for part in (words[:others], words[others:]) if part)
-    return f"Of the cases that a library can state, it reaches {power_text(AT)} within {found.limits}: {said}."
+    stands.sort(key=lambda stand: (stand.division == OWN, -count[stand.name]))
+    words = [f"{stand.title} on {count[stand.name]} of {able[stand.name]}" for stand in stands]
+    others = sum(stand.division != OWN for stand in stands)
+    text = "; ".join(join_words(part) for part in (words[:others], words[others:]) if part)
+    return f"Of the cases that a library can state, it reaches {power_text(AT)} within {libraries.limits}: {text}."
 
 
-def _fails(found: Representatives) -> dict[str, Any]:
+def _fails(libraries: Representatives) -> dict[str, Any]:
     """By kind of system and library, on how many complete cases its method reaches 1e-6, runs, fails or cannot run."""
     rows = []
-    for kind, cases in found.run.kinds.items():
-        inside = [case for case in cases if case in found.complete]
+    for kind, cases in libraries.run.kinds.items():
+        inside = [case for case in cases if case in libraries.complete]
         if not inside:
             continue
         cells = [
-            {"stand": one, "method": one.methods.get(kind), "counts": _counts(found, inside, one.methods.get(kind))}
-            for one in found.stands
+            {"stand": stand, "method": method, "counts": _counts(libraries, inside, method)}
+            for stand in libraries.stands
+            for method in [stand.methods.get(kind)]
         ]
         rows.append({"kind": kind, "cases": inside, "cells": cells})
     return {"rows": rows, "meanings": FAILS}
 
 
-def _can_state(found: Representatives, case: str, method: str | None) -> bool:
+def _can_state(libraries: Representatives, case: str, method: str | None) -> bool:
     """Whether a method can state a case, as far as is known."""
-    row = found.known.get((case, method or ""))
+    row = libraries.known.get((case, method or ""))
     return method is not None and (row is None or row["verdict"] not in CANNOT_RUN)
 
 
-def _counts(found: Representatives, cases: Sequence[str], method: str | None) -> list[tuple[str, int]]:
+def _counts(libraries: Representatives, cases: Sequence[str], method: str | None) -> list[tuple[str, int]]:
     counts: Counter[str] = Counter()
     for case in cases:
-        row = found.known.get((case, method or ""))
-        if not _can_state(found, case, method):
+        row = libraries.known.get((case, method or ""))
+        if not _can_state(libraries, case, method):
             counts["cannot"] += 1
         elif row is None:
             counts["unrun"] += 1
-        elif found.reaches(case, str(method), AT):
+        elif libraries.reaches(case, str(method), AT):
             counts["reaches"] += 1
         else:
             counts["rough" if row["settings_ok"] else "fails"] += 1

@@ -54,26 +54,26 @@ class Entry:
 class KindTable:
     """The entries of a run. `measured`: of its complete cases."""
 
-    def __init__(self, found: Representatives, measured: Measurements) -> None:
-        self.found, self.measured = found, measured
-        rows = own(found.run.equal_error[found.run.equal_error["case"].isin(found.complete)])
+    def __init__(self, libraries: Representatives, measured: Measurements) -> None:
+        self.libraries, self.measured = libraries, measured
+        rows = own(libraries.run.equal_error[libraries.run.equal_error["case"].isin(libraries.complete)])
         self.at = {
             (row["case"], row["integrator_id"], row["target"]): row
             for row in records(rows, ("case", "integrator_id", "target", *CLOCKS))
         }
         self.kinds = {
             kind: cases
-            for kind, of in found.run.kinds.items()
-            if (cases := [case for case in of if case in found.complete and (case, "") in measured.problems])
+            for kind, of in libraries.run.kinds.items()
+            if (cases := [case for case in of if case in libraries.complete and (case, "") in measured.problems])
         }
         known = [name for name in CLOCKS if any(math.isfinite(row[name]) for row in self.at.values())]
         self.clocks = known or [next(iter(CLOCKS))]
-        divisions = {one.division for one in found.stands}
+        divisions = {stand.division for stand in libraries.stands}
         self.groups = ["third"] * (THIRD in divisions) + ["all"] * (divisions != {THIRD})
 
     def members(self, group: str) -> list[Stand]:
         """The libraries of a group; an integrator that the run was given is in both."""
-        return [one for one in self.found.stands if group == "all" or one.division != OWN]
+        return [stand for stand in self.libraries.stands if group == "all" or stand.division != OWN]
 
     def systems(self, kind: str, stand: Stand) -> list[str]:
         """The systems of a kind on which the result of a library is known; those that it cannot state are among them.
@@ -83,28 +83,28 @@ class KindTable:
         method = stand.methods.get(kind)
         if method is None:
             return []
-        cases = [case for case in self.kinds[kind] if (case, method) in self.found.known]
+        cases = [case for case in self.kinds[kind] if (case, method) in self.libraries.known]
         return [case for case in cases if not self.measured.exact((case, ""), method)]
 
     def entries(self, kind: str, error: float, clock: str, group: str) -> list[Entry]:
         """The entry of each library that has a method for a kind."""
-        members = [one for one in self.members(group) if one.methods.get(kind) is not None]
-        cases = {one.name: self.systems(kind, one) for one in members}
+        members = [stand for stand in self.members(group) if stand.methods.get(kind) is not None]
+        cases = {stand.name: self.systems(kind, stand) for stand in members}
         times = {
-            one.name: {
+            stand.name: {
                 case: float(row[clock])
-                for case in cases[one.name]
-                if (row := self.at.get((case, str(one.methods[kind]), error))) is not None
+                for case in cases[stand.name]
+                if (row := self.at.get((case, str(stand.methods[kind]), error))) is not None
             }
-            for one in members
+            for stand in members
         }
         least: dict[str, float] = {}
-        for one in members:
-            if group == "all" or one.division == THIRD:
-                for case, seconds in times[one.name].items():
+        for stand in members:
+            if group == "all" or stand.division == THIRD:
+                for case, seconds in times[stand.name].items():
                     if math.isfinite(seconds):
                         least[case] = min(seconds, least.get(case, math.inf))
-        return [self._entry(one, kind, error, cases[one.name], times[one.name], least) for one in members]
+        return [self._entry(stand, kind, error, cases[stand.name], times[stand.name], least) for stand in members]
 
     def _entry(
         self,
@@ -118,7 +118,7 @@ class KindTable:
         method = str(stand.methods[kind])
         factors = [at / least[case] for case, at in times.items() if math.isfinite(at) and case in least]
         reached = [self.measured.reached((case, ""), method, error) for case in times]
-        settings = sorted((one.setting for one in reached if one is not None), key=lambda one: -one.relative)
+        settings = sorted((series.setting for series in reached if series is not None), key=lambda of: -of.relative)
         return Entry(
             stand,
             method,
@@ -135,33 +135,33 @@ class KindTable:
 def _system(kind: str, method: str) -> str | None:
     """The system of a kind that the lines of a method run."""
     known = lookup.everything().get(method)
-    subject = next((key for key, one in SUBJECTS.items() if one.kinds == (kind,)), None)
+    subject = next((key for key, declared in SUBJECTS.items() if declared.kinds == (kind,)), None)
     return None if known is None else choose_system(form_names(known), subject)
 
 
 def order(entries: Sequence[Entry]) -> list[Entry]:
     """The entries that reach the error, the best first: by factor those that reach HALF of the systems, then by reach."""
-    some = [one for one in entries if one.factor is not None]
+    some = [entry for entry in entries if entry.factor is not None]
     return sorted(
         some,
-        key=lambda one: (
-            one.reached < HALF * one.systems,
-            -one.reached if one.reached < HALF * one.systems else 0,
-            one.factor.value if one.factor is not None else math.inf,
+        key=lambda entry: (
+            entry.reached < HALF * entry.systems,
+            -entry.reached if entry.reached < HALF * entry.systems else 0,
+            entry.factor.value if entry.factor is not None else math.inf,
         ),
     )
 
 
-def kind_table(found: Representatives, measured: Measurements, limits: str) -> dict[str, Any] | None:
+def kind_table(libraries: Representatives, measured: Measurements, limits: str) -> dict[str, Any] | None:
     """The table for the page: what it shows first, and all that the script may choose; None with fewer than two libraries.
 
     `limits`: the time limits of a trial in words.
     """
-    table = KindTable(found, measured)
-    if len(found.stands) < 2 or not table.kinds:
+    table = KindTable(libraries, measured)
+    if len(libraries.stands) < 2 or not table.kinds:
         return None
     shown: dict[str, Markup] = {}
-    said: dict[str, Markup] = {}
+    texts: dict[str, Markup] = {}
     orders: dict[str, list[str]] = {}
     systems: set[str] = set()
     for clock in table.clocks:
@@ -173,9 +173,9 @@ def kind_table(found: Representatives, measured: Measurements, limits: str) -> d
                 for kind, entries in of.items():
                     ordered = order(entries)
                     place = f"{key}/{kind}"
-                    orders[place] = [one.stand.name for one in ordered]
-                    systems |= {one.system for one in ordered if one.system is not None}
-                    said |= {f"{place}/{one.stand.name}": sentence(one, error, clock, group) for one in ordered}
+                    orders[place] = [entry.stand.name for entry in ordered]
+                    systems |= {entry.system for entry in ordered if entry.system is not None}
+                    texts |= {f"{place}/{entry.stand.name}": sentence(entry, error, clock, group) for entry in ordered}
     first = f"{table.clocks[0]}/{table.groups[0]}/{power_text(AT)}"
     opening = next((kind for kind in table.kinds if orders[f"{first}/{kind}"]), next(iter(table.kinds)))
     best = orders[f"{first}/{opening}"]
@@ -184,16 +184,16 @@ def kind_table(found: Representatives, measured: Measurements, limits: str) -> d
         "errors": [power_text(error) for error in TARGETS],
         "clocks": {name: CLOCKS[name] for name in table.clocks},
         "groups": {name: GROUPS[name] for name in table.groups},
-        "libraries": {one.name: one.title for one in found.stands},
+        "libraries": {stand.name: stand.title for stand in libraries.stands},
         "opening": opening,
         "first": shown[first],
-        "said": said[f"{first}/{opening}/{best[0]}"] if best else nobody(limits),
+        "said": texts[f"{first}/{opening}/{best[0]}"] if best else nobody(limits),
         "at": power_text(AT),
         "limits": limits,
         "carried": {
             "tables": {key: str(html) for key, html in shown.items()},
             # Sentences on one library and kind beside each other repeat their numbers, and take fewer bytes.
-            "said": {key: str(said[key]) for key in sorted(said, key=lambda key: key.split("/", 3)[::-1])},
+            "said": {key: str(texts[key]) for key in sorted(texts, key=lambda key: key.split("/", 3)[::-1])},
             "orders": orders,
             "lines": {name: code_of(name) for name in sorted(systems)},
             "nobody": str(nobody(limits)),
@@ -208,69 +208,68 @@ def nobody(limits: str) -> Markup:
     )
 
 
-def sentence(one: Entry, error: float, clock: str, group: str) -> Markup:
+def sentence(entry: Entry, error: float, clock: str, group: str) -> Markup:
     """Method, setting, factor to the best with its interval; then the setting alone, in whose place the page puts the lines."""
     whose = "third party" if group == "third" else "library"
     of = "time" if clock == "seconds" else "time of one more period"
     text = Markup(
         "<p><b>{}</b>{}: <b>{} ×</b> the {} of the fastest {} ({}). It reaches an error of {} on {} of {}.</p>"
     ).format(
-        label(one.method),
-        _setting(one),
-        _factor(one),
+        label(entry.method),
+        _setting(entry),
+        _factor(entry),
         of,
         whose,
-        interval_text(one),
+        interval_text(entry),
         power_text(error),
-        one.reached,
-        count_text(one.systems, "system"),
+        entry.reached,
+        count_text(entry.systems, "system"),
     )
-    if one.setting is None or one.system is None:
+    if entry.setting is None or entry.system is None:
         return text
-    value = argument(vars(one.setting), time_scale(one.system))
+    value = argument(vars(entry.setting), time_scale(entry.system))
     code = Markup('<details><summary>Lines of code</summary><pre data-lines="{}" data-method="{}">{}</pre></details>')
-    return text + code.format(one.system, one.method, value)
+    return text + code.format(entry.system, entry.method, value)
 
 
-def _factor(one: Entry) -> str:
-    value = one.factor.value if one.factor is not None else math.nan
+def _factor(entry: Entry) -> str:
+    value = entry.factor.value if entry.factor is not None else math.nan
     return short_text(value) if value > 9.95 else ratio_text(value) if not value < 0.95 else f"{value:.2g}"
 
 
-def interval_text(one: Entry) -> str:
+def interval_text(entry: Entry) -> str:
     """The interval of a median in words, with the number of systems on which it rests."""
-    if one.factor is None:
+    factor = entry.factor
+    if factor is None:
         return ""
-    low, high = (short_text(end) for end in (one.factor.low, one.factor.high))
-    if one.factor.confident:
-        return f"95 % interval of the median {low} to {high}, by order statistics over {one.factor.count} independent systems"
-    if one.factor.count == 1:
+    low, high, count = short_text(factor.low), short_text(factor.high), factor.count
+    if factor.confident:
+        return f"95 % interval of the median {low} to {high}, by order statistics over {count} independent systems"
+    if count == 1:
         return "on one system alone"
-    return f"range {low} to {high} over {one.factor.count} systems, too few for an interval"
+    return f"range {low} to {high} over {count} systems, too few for an interval"
 
 
-def _setting(one: Entry) -> str:
-    if one.setting is None:
+def _setting(entry: Entry) -> str:
+    if entry.setting is None:
         return ""
-    if one.setting.kind == "tolerance":
-        loose, tight = (power_text(end) for end in one.span)
+    if entry.setting.kind == "tolerance":
+        loose, tight = (power_text(end) for end in entry.span)
         several = f" ({loose} to {tight})" if loose != tight else ""
-        name = "a tolerance" if one.setting.name == "rtol" else f"an {one.setting.name}"
-        return f" with {name} of {power_text(one.setting.value)}{several}"
-    return f" with a step of {short_text(one.setting.relative)} of the time scale"
+        name = "a tolerance" if entry.setting.name == "rtol" else f"an {entry.setting.name}"
+        return f" with {name} of {power_text(entry.setting.value)}{several}"
+    return f" with a step of {short_text(entry.setting.relative)} of the time scale"
 
 
 def _html(table: KindTable, group: str, of: Mapping[str, Sequence[Entry]]) -> Markup:
     """The table of a clock, a group and an error, a row a kind, a column a library."""
-    members = [one for one in table.members(group) if any(one.methods.get(kind) for kind in table.kinds)]
-    heads = Markup("").join(Markup('<th scope="col">{}</th>').format(one.title) for one in members)
+    members = [stand for stand in table.members(group) if any(stand.methods.get(kind) for kind in table.kinds)]
+    heads = Markup("").join(Markup('<th scope="col">{}</th>').format(stand.title) for stand in members)
     rows = []
     for kind, entries in of.items():
-        by_name = {one.stand.name: one for one in entries}
-        best = next(iter(order(entries)), None)
-        cells = Markup("").join(
-            _cell(one, by_name.get(one.name), best is not None and one.name == best.stand.name) for one in members
-        )
+        by_name = {entry.stand.name: entry for entry in entries}
+        best = next((entry.stand.name for entry in order(entries)), None)
+        cells = Markup("").join(_cell(stand, by_name.get(stand.name), stand.name == best) for stand in members)
         name, _, more = kind.partition(":")
         cases = table.kinds[kind]
         rows.append(
@@ -283,16 +282,17 @@ def _html(table: KindTable, group: str, of: Mapping[str, Sequence[Entry]]) -> Ma
     )
 
 
-def _cell(stand: Stand, one: Entry | None, best: bool) -> Markup:
-    if one is None:
+def _cell(stand: Stand, entry: Entry | None, best: bool) -> Markup:
+    if entry is None:
         return Markup('<td class="none" data-label="{}">–</td>').format(stand.title)
-    reached = f"{one.reached} of {one.systems}" if one.systems else f"exact on {one.exact}" if one.exact else "not run"
-    if one.factor is None:
+    unmeasured = f"exact on {entry.exact}" if entry.exact else "not run"
+    reached = f"{entry.reached} of {entry.systems}" if entry.systems else unmeasured
+    if entry.factor is None:
         return Markup('<td class="none" data-label="{}"><small>{}</small></td>').format(stand.title, reached)
-    low, high = (short_text(end) for end in (one.factor.low, one.factor.high))
-    interval = "" if one.factor.count == 1 else f"{low} – {high}"
-    interval = interval if one.factor.confident or not interval else f"[{interval}]"
-    apart = f", factor on {one.factor.count}" if one.factor.count != one.reached else ""
+    low, high = (short_text(end) for end in (entry.factor.low, entry.factor.high))
+    interval = "" if entry.factor.count == 1 else f"{low} – {high}"
+    interval = interval if entry.factor.confident or not interval else f"[{interval}]"
+    apart = f", factor on {entry.factor.count}" if entry.factor.count != entry.reached else ""
     return Markup('<td{} data-label="{}"><b>{} ×</b><small>{}</small><small>{}{}</small></td>').format(
-        Markup(' class="best"') if best else "", stand.title, _factor(one), interval, reached, escape(apart)
+        Markup(' class="best"') if best else "", stand.title, _factor(entry), interval, reached, escape(apart)
     )

@@ -22,22 +22,20 @@ SIZE = {"width": 232, "height": 190}
 
 def league(*folders: Path) -> dict[str, Any] | None:
     """The parts of the section, from the first folder that has engines.json; None without a file."""
-    found = sidecars.first(sidecars.LEAGUE, *folders)
-    if found is None:
+    facts = sidecars.first(sidecars.LEAGUE, *folders)
+    if facts is None:
         return None
-    engines = {one["id"]: one for one in found["engines"]}
-    rows: dict[str, list[dict[str, Any]]] = {scene["scene"]: [] for scene in found["scenes"]}
-    for row in found["rows"]:
-        rows[row["scene"]].append(
-            row
-            | {"library": engines[row["integrator"]]["library"], "order_declared": engines[row["integrator"]]["order"]}
-        )
-    libraries = list(dict.fromkeys(one["library"] for one in found["engines"]))
-    drawn = stills([_figure(scene, rows[scene["scene"]]) for scene in found["scenes"]])
+    engines = {engine["id"]: engine for engine in facts["engines"]}
+    rows: dict[str, list[dict[str, Any]]] = {scene["scene"]: [] for scene in facts["scenes"]}
+    for row in facts["rows"]:
+        engine = engines[row["integrator"]]
+        rows[row["scene"]].append(row | {"library": engine["library"], "order_declared": engine["order"]})
+    libraries = list(dict.fromkeys(engine["library"] for engine in facts["engines"]))
+    drawn = stills([_figure(scene, rows[scene["scene"]]) for scene in facts["scenes"]])
     return {
-        "environment": found["environment"],
-        "absent": found["absent"],
-        "lines": {title(name): lines for name, lines in found["lines"].items() if lines},
+        "environment": facts["environment"],
+        "absent": facts["absent"],
+        "lines": {title(name): lines for name, lines in facts["lines"].items() if lines},
         "libraries": [
             {"name": name, "title": title(name), "version": _version(engines.values(), name)} for name in libraries
         ],
@@ -48,16 +46,16 @@ def league(*folders: Path) -> dict[str, Any] | None:
                 "picture": Markup(svg),
                 "rows": [_parts(row) for row in rows[scene["scene"]]],
             }
-            for scene, svg in zip(found["scenes"], drawn, strict=True)
+            for scene, svg in zip(facts["scenes"], drawn, strict=True)
         ],
-        "ways": [_way(one, found) for one in found["engines"]],
-        "table": _table(found["table"]),
-        "failed": [_describe_failure(row) for row in found["preflights"] if row.get("verdict", "failed") == "failed"],
+        "ways": [_way(engine, facts) for engine in facts["engines"]],
+        "table": _table(facts["table"]),
+        "failed": [_describe_failure(row) for row in facts["preflights"] if row.get("verdict", "failed") == "failed"],
     }
 
 
 def _version(engines: Any, library: str) -> str:
-    return next((", ".join(map(str, one["versions"].values())) for one in engines if one["library"] == library), "")
+    return next((", ".join(map(str, row["versions"].values())) for row in engines if row["library"] == library), "")
 
 
 def stands_for(library: str) -> set[str]:
@@ -66,7 +64,7 @@ def stands_for(library: str) -> set[str]:
         representative(library, kind)
         for kind in ("Forces of position and time alone", "Impact, friction and changing contact")
     )
-    return {one.integrator for one in chosen if one is not None}
+    return {method.integrator for method in chosen if method is not None}
 
 
 def _figure(scene: Mapping[str, Any], rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
@@ -135,13 +133,13 @@ def _axis(
 
 def _parts(row: Mapping[str, Any]) -> dict[str, str]:
     """A row of the table of a scene: the four parts of the error in words."""
-    found = {"integrator": row["integrator"]}
+    parts = {"integrator": row["integrator"]}
     if row["status"] != "ran":
-        return found | {"reason": f"{row['status'].replace('_', ' ')}: {row['reason']}"}
+        return parts | {"reason": f"{row['status'].replace('_', ' ')}: {row['reason']}"}
     order, declared = row["order"], row["order_declared"]
     off = order is not None and declared is not None and abs(order - declared) > 0.3
     steps = [f"{float(target):.0e}: {step:g} s" for target, step in row["steps"].items() if step is not None]
-    return found | {
+    return parts | {
         "reason": "",
         "integration": "no steady order"
         if order is None
@@ -154,21 +152,21 @@ def _parts(row: Mapping[str, Any]) -> dict[str, str]:
     }
 
 
-def _way(one: Mapping[str, Any], found: Mapping[str, Any]) -> dict[str, Any]:
+def _way(engine: Mapping[str, Any], facts: Mapping[str, Any]) -> dict[str, Any]:
     """One way to drive an engine: pre-flights, orders, time of a step by part, memory, bits."""
-    name = one["id"]
-    checks = Counter(row.get("verdict", "failed") for row in found["preflights"] if row["integrator"] == name)
-    cost = next((row for row in found["costs"] if row["integrator"] == name), {"reason": "as configured"})
-    orders = sorted(row["order"] for row in found["rows"] if row["integrator"] == name and row.get("order") is not None)
-    takes = found["table"].get(name)
+    name = engine["id"]
+    checks = Counter(row.get("verdict", "failed") for row in facts["preflights"] if row["integrator"] == name)
+    cost = next((row for row in facts["costs"] if row["integrator"] == name), {"reason": "as configured"})
+    orders = sorted(row["order"] for row in facts["rows"] if row["integrator"] == name and row.get("order") is not None)
+    takes = facts["table"].get(name)
     return {
         "name": name,
         "takes": "" if takes is None else f"{sum(not why for why in takes.values())} of {len(takes)}",
         "passed": f"{checks['passed']} of {checks['passed'] + checks['failed']}",
         "order": "" if not orders else f"{orders[len(orders) // 2]:.2f} (median of {len(orders)})",
-        "declared": "" if one["order"] is None else str(one["order"]),
+        "declared": "" if engine["order"] is None else str(engine["order"]),
         "cost": _cost(cost),
-        "changed": "; ".join(f"{name} = {value}" for name, value in one["changed"].items()),
+        "changed": "; ".join(f"{name} = {value}" for name, value in engine["changed"].items()),
     }
 
 

@@ -34,7 +34,7 @@ def multiples(run: Run, beside: Mapping[str, Any], cases: Sequence[str]) -> dict
     energies, speeds = _energies(beside), _speeds(run, cases)
     uses = first_uses(run.frame).to_dict("index")
     place = {name: k for k, name in enumerate(run.look["series"])}
-    found: dict[str, list[dict[str, Any]]] = {}
+    by_division: dict[str, list[dict[str, Any]]] = {}
     parts = sorted(trusted.groupby("integrator_id"), key=lambda item: place[str(item[0])])
     for name, part in parts:
         good = part["best"].dropna()
@@ -58,11 +58,11 @@ def multiples(run: Run, beside: Mapping[str, Any], cases: Sequence[str]) -> dict
             "energy": energies.get(str(name), ""),
             "first": first_use_text(*uses[str(name)].values()) if str(name) in uses else "",
         }
-        found.setdefault(contenders.division(str(part["library"].iloc[0])), []).append(row)
+        by_division.setdefault(contenders.division(str(part["library"].iloc[0])), []).append(row)
     return {
-        division: found[division]
+        division: by_division[division]
         for division in (contenders.YOURS, contenders.THIRD, contenders.OWN)
-        if division in found
+        if division in by_division
     }
 
 
@@ -81,16 +81,16 @@ def _speeds(run: Run, cases: Sequence[str]) -> dict[str, str]:
 def _energies(beside: Mapping[str, Any]) -> dict[str, str]:
     """For each integrator how its energy error grows over long spans: of `make bench`, else of `gnomon stability`."""
     stability = (beside.get("stability") or {"rows": []})["rows"]
-    found = {
-        row["integrator"]: said.removesuffix(".")
+    energies = {
+        row["integrator"]: sentence.removesuffix(".")
         for row in reversed(stability)
         if row["panel"] == "long_time"
-        for said in reversed(row["sentences"])
-        if "energy" in said
+        for sentence in reversed(row["sentences"])
+        if "energy" in sentence
     }
     for row in reversed((beside.get("growth") or {"rows": []})["rows"]):
-        found[f"gnomon:{row['name']}"] = f"{row['law']} over {row['periods']} periods of {row['case']}"
-    return found
+        energies[f"gnomon:{row['name']}"] = f"{row['law']} over {row['periods']} periods of {row['case']}"
+    return energies
 
 
 def _picture(best: Sequence[float], most: Sequence[float]) -> Markup:
@@ -120,8 +120,8 @@ def _order(slopes: pd.DataFrame | None, bench: Mapping[str, str] | None) -> str:
     if slopes is None or measured.empty:
         return ""
     declared = float(slopes["declared"].iloc[0])
-    said = f", declared {declared:.0f}" if math.isfinite(declared) else ""
-    return f"{measured.median():.2f} (median of {len(measured)}{said})"
+    suffix = f", declared {declared:.0f}" if math.isfinite(declared) else ""
+    return f"{measured.median():.2f} (median of {len(measured)}{suffix})"
 
 
 def _say_solved(hard: pd.DataFrame, name: str) -> str:

@@ -17,26 +17,25 @@ from gnomon.harness.running.own_equations import lines
 NONE = "ran on no such system: it cannot state them, or was not asked to"
 
 
-def make_need_cards(found: Representatives, margin: float) -> list[dict[str, Any]]:
+def make_need_cards(libraries: Representatives, margin: float) -> list[dict[str, Any]]:
     """The needs with their answers in words; empty if the complete cases of the run carry no recommendation.
 
     `margin`: the factor of the tolerances to rely on (see `Reliable`).
     """
-    all_ = needs(found.measured, margin=margin)
-    present = {one.name for one in found.stands}
-    return (
-        [_card(one, present) for one in all_] if any(one.recommended for need in all_ for one in need.answers) else []
-    )
+    all_ = needs(libraries.measured, margin=margin)
+    present = {stand.name for stand in libraries.stands}
+    has_answer = any(answer.recommended for need in all_ for answer in need.answers)
+    return [_card(need, present) for need in all_] if has_answer else []
 
 
 def _card(need: Need, present: Set[str]) -> dict[str, Any]:
     """A card in words, of the libraries that are `present`: those that ran at all."""
     answers = [
-        _line(one) | ({} if one.tried else {"why": NONE})
-        for one in need.answers
-        if one.tried or (one.methods and one.library in present)
+        _line(answer) | ({} if answer.tried else {"why": NONE})
+        for answer in need.answers
+        if answer.tried or (answer.methods and answer.library in present)
     ]
-    methods = dict.fromkeys(name for one in need.answers if one.recommended for name in one.methods)
+    methods = dict.fromkeys(name for answer in need.answers if answer.recommended for name in answer.methods)
     known = lookup.everything()
     code = {
         label(name): text
@@ -55,69 +54,69 @@ def _card(need: Need, present: Set[str]) -> dict[str, Any]:
     }
 
 
-def _line(one: Answer) -> dict[str, Any]:
-    methods = join_words([label(name).removeprefix(f"{title(one.library)} ") for name in one.methods])
+def _line(answer: Answer) -> dict[str, Any]:
+    methods = join_words([label(name).removeprefix(f"{title(answer.library)} ") for name in answer.methods])
     row = {
-        "library": title(one.library),
-        "division": {OWN: "own", YOURS: "yours"}.get(one.division, "third"),
+        "library": title(answer.library),
+        "division": {OWN: "own", YOURS: "yours"}.get(answer.division, "third"),
         "method": methods,
     }
-    row |= {"way": way(one.methods[0]) if one.methods else "", "why": one.why, "better": ""}
-    if one.systems:
-        between = f" ({time_text(one.low)} to {time_text(one.high)})" if one.systems > 1 else ""
-        row["time"] = f"{time_text(one.seconds)}{between}"
+    row |= {"way": way(answer.methods[0]) if answer.methods else "", "why": answer.why, "better": ""}
+    if answer.systems:
+        between = f" ({time_text(answer.low)} to {time_text(answer.high)})" if answer.systems > 1 else ""
+        row["time"] = f"{time_text(answer.seconds)}{between}"
         row["calls"] = (
-            f"{one.evaluations:.0f} evaluations" if math.isfinite(one.evaluations) else "evaluations not counted"
+            f"{answer.evaluations:.0f} evaluations" if math.isfinite(answer.evaluations) else "evaluations not counted"
         )
-        row["on"] = "; ".join([f"on {_share(one)}", *_settings(one), *_rests(one)])
+        row["on"] = "; ".join([f"on {_share(answer)}", *_settings(answer), *_rests(answer)])
     else:
-        least = f"; on half of them it reaches {error_text(one.best_error)}" if math.isfinite(one.best_error) else ""
-        row |= {"time": "", "calls": "", "on": f"reaches it on {_share(one)}{least}" if one.tried else ""}
-    if one.better is not None:
-        best = one.better
+        error = answer.best_error
+        least = f"; on half of them it reaches {error_text(error)}" if math.isfinite(error) else ""
+        row |= {"time": "", "calls": "", "on": f"reaches it on {_share(answer)}{least}" if answer.tried else ""}
+    if (best := answer.better) is not None:
         row["better"] = (
             f"best of its {best.among} methods, found after the run: {join_words([label(n) for n in best.methods])}, {time_text(best.seconds)} on {best.systems} of {best.tried}; {best.how}"
         )
     return row
 
 
-def _share(one: Answer) -> str:
+def _share(answer: Answer) -> str:
     """The systems that are reached, with the 95 % interval of their share."""
-    low, high = (f"{100 * end:.0f}" for end in one.share)
+    low, high = (f"{100 * end:.0f}" for end in answer.share)
     share = (
         f"at least {low} %"
-        if one.systems == one.tried
+        if answer.systems == answer.tried
         else f"{low} to {high} %"
-        if one.systems
+        if answer.systems
         else f"at most {high} %"
     )
-    return f"{one.systems} of {count_text(one.tried, 'system')} ({share})"
+    return f"{answer.systems} of {count_text(answer.tried, 'system')} ({share})"
 
 
-def _settings(one: Answer) -> list[str]:
+def _settings(answer: Answer) -> list[str]:
     """The setting to rely on of each method, and the setting of the median problem."""
-    if one.setting is None:
+    if answer.setting is None:
         return []
-    found = []
-    for each in one.reliable:
-        of = f" of {label(each.integrator)}" if len(one.reliable) > 1 else ""
+    texts = []
+    for each in answer.reliable:
+        of = f" of {label(each.integrator)}" if len(answer.reliable) > 1 else ""
         on = "" if each.systems == each.of else f" on {each.systems} of {each.of}"
-        found.append(f"to rely on: {_setting(each)}{of}{on} ({time_text(each.seconds)})")
-    return [*found, f"often enough: {_setting(one.setting)}"]
+        texts.append(f"to rely on: {_setting(each)}{of}{on} ({time_text(each.seconds)})")
+    return [*texts, f"often enough: {_setting(answer.setting)}"]
 
 
-def _setting(one: Setting | Reliable) -> str:
-    if one.kind == Tolerance.kind:
-        return f"{'tolerance' if one.name == 'rtol' else one.name} {power_text(one.relative)}"
-    return f"step {short_text(one.relative)} of the time scale"
+def _setting(setting: Setting | Reliable) -> str:
+    if setting.kind == Tolerance.kind:
+        return f"{'tolerance' if setting.name == 'rtol' else setting.name} {power_text(setting.relative)}"
+    return f"step {short_text(setting.relative)} of the time scale"
 
 
-def _rests(one: Answer) -> list[str]:
+def _rests(answer: Answer) -> list[str]:
     """The systems that the answer rests on."""
-    if one.rests_on is None:
+    if answer.rests_on is None:
         return []
-    spans = f"spans of {short_text(one.rests_on.shortest)} to {short_text(one.rests_on.longest)} time scales"
-    orbits = one.rests_on.eccentricity
+    spans = f"spans of {short_text(answer.rests_on.shortest)} to {short_text(answer.rests_on.longest)} time scales"
+    orbits = answer.rests_on.eccentricity
     return [spans + (f", eccentricities up to {short_text(orbits)}" if math.isfinite(orbits) else "")]
 
 
@@ -125,15 +124,15 @@ def _costs(costs: Sequence[Cost]) -> dict[str, Any] | None:
     """The times of each method by stiffness: a row a method, a column a problem, in the order of the stiffness."""
     if not costs:
         return None
-    columns = sorted({(one.decays, one.case, one.variant) for one in costs})
-    by_pair = {(one.integrator, one.case, one.variant): one for one in costs}
+    columns = sorted({(cost.decays, cost.case, cost.variant) for cost in costs})
+    by_pair = {(cost.integrator, cost.case, cost.variant): cost for cost in costs}
     rows = []
-    names = dict.fromkeys(one.integrator for one in costs)
-    for name in sorted(names, key=lambda one: one.startswith(f"{OURS}:")):  # third parties first
+    names = dict.fromkeys(cost.integrator for cost in costs)
+    for name in sorted(names, key=lambda name: name.startswith(f"{OURS}:")):  # third parties first
         cells = [by_pair.get((name, case, variant)) for _, case, variant in columns]
         rows.append({
             "name": label(name), "division": "own" if name.startswith(f"{OURS}:") else "third",
-            "time": ["" if one is None else time_text(one.seconds) if math.isfinite(one.seconds) else "✕" for one in cells],
-            "calls": ["" if one is None else f"{one.evaluations:.0f}" if math.isfinite(one.evaluations) else "✕" if not math.isfinite(one.seconds) else "–" for one in cells],
+            "time": ["" if cost is None else time_text(cost.seconds) if math.isfinite(cost.seconds) else "✕" for cost in cells],
+            "calls": ["" if cost is None else f"{cost.evaluations:.0f}" if math.isfinite(cost.evaluations) else "✕" if not math.isfinite(cost.seconds) else "–" for cost in cells],
         })  # fmt: skip
     return {"heads": [(power_text(decays), f"{case}/{variant}") for decays, case, variant in columns], "rows": rows}

@@ -63,19 +63,19 @@ class Representatives:
     def stands(self) -> list[Stand]:
         """Integrators that the run was given first, then third-party libraries, then gnomon."""
         ran = self.run.frame
-        given = [
+        yours = [
             Stand(name, name.partition(":")[2] or name, YOURS, dict.fromkeys(self.run.kinds, name))
             for name in ran.loc[ran["library"].map(contenders.division) == YOURS, "integrator_id"].unique()
         ]
         present = set(ran.loc[~ran["status"].isin(NEVER_RAN), "library"])
-        found = []
+        libraries = []
         for library in (*LIBRARIES, OURS):
             chosen = {kind: representative(library, kind) for kind in self.run.kinds}
-            methods = {kind: one.integrator if one is not None else None for kind, one in chosen.items()}
+            methods = {kind: method.integrator if method is not None else None for kind, method in chosen.items()}
             if library in present and any(methods.values()):
                 division = OWN if library == OURS else THIRD
-                found.append(Stand(library, title(library), division, methods))
-        return [*given[:NAMED], *found]
+                libraries.append(Stand(library, title(library), division, methods))
+        return [*yours[:NAMED], *libraries]
 
     @cached_property
     def complete(self) -> list[str]:
@@ -88,10 +88,10 @@ class Representatives:
         default = own(self.run.frame)
         ran = set(default[["case", "integrator_id"]].itertuples(index=False, name=None))
         pairs = {
-            one.name: [(case, one.methods.get(self.run.kind_of.get(case, ""))) for case in self.complete]
-            for one in self.stands
+            stand.name: [(case, stand.methods.get(self.run.kind_of.get(case, ""))) for case in self.complete]
+            for stand in self.stands
         }
-        return [one for one in self.stands if all(pair in ran or pair[1] is None for pair in pairs[one.name])]
+        return [stand for stand in self.stands if all(pair in ran or pair[1] is None for pair in pairs[stand.name])]
 
     @cached_property
     def known(self) -> dict[tuple[str, str], dict[str, Any]]:
@@ -134,7 +134,7 @@ class Representatives:
     @cached_property
     def third(self) -> list[str]:
         """The third-party libraries among `whole`."""
-        return [one.name for one in self.whole if one.division == THIRD]
+        return [stand.name for stand in self.whole if stand.division == THIRD]
 
     def faster(self, target: float) -> list[Faster]:
         """For each method that stands for a library the fastest of the others, on the cases that both bring to an error.
@@ -144,7 +144,7 @@ class Representatives:
         rows = own(self.run.equal)
         rows = rows[rows["target"] == target]
         table = rows[rows["case"].isin(self.complete)].pivot(index="case", columns="integrator_id", values="seconds")
-        found = []
+        pairs = []
         for stand in self.stands:
             others = [name for name in table.columns if name.partition(":")[0] == stand.name]
             for method in dict.fromkeys(filter(None, stand.methods.values())):
@@ -156,8 +156,8 @@ class Representatives:
                 if len(medians) and medians.min() * CLEARLY < 1:
                     best = medians.idxmin()
                     at = ratios[best].dropna()
-                    found.append(Faster(stand.title, best, method, len(at), medians[best], at.min(), at.max()))
-        return found
+                    pairs.append(Faster(stand.title, best, method, len(at), medians[best], at.min(), at.max()))
+        return pairs
 
     def rows(self, equal: pd.DataFrame) -> pd.DataFrame:
         """The rows of the default variants of complete cases by the method that stands for its library, with its `stand`.
@@ -167,10 +167,10 @@ class Representatives:
         rank = rankings.rank_by_counts if equal is self.run.counted else rankings.rank_methods
         rows = own(equal[equal["case"].isin(self.complete)])
         by_pair = {
-            (case, method): one.name
-            for one in self.whole
+            (case, method): stand.name
+            for stand in self.whole
             for case, kind in self.run.kind_of.items()
-            if (method := one.methods[kind]) is not None
+            if (method := stand.methods[kind]) is not None
         }
         named = [by_pair.get(pair) for pair in zip(rows["case"], rows["integrator_id"], strict=True)]
         rows = rows.assign(stand=named)
@@ -185,7 +185,7 @@ class Representatives:
         least = at.groupby(["case", "division"])[column].transform("min")  # a quotient would lose ties to round-off
         at = at.assign(value=at[column].where(~at["state"].isin([FASTEST, EQUAL]), least))
         table = at.pivot(index="case", columns="stand", values="value")
-        return table.reindex(index=self.complete, columns=[one.name for one in self.whole]).fillna(np.inf)
+        return table.reindex(index=self.complete, columns=[stand.name for stand in self.whole]).fillna(np.inf)
 
 
 def seconds_text(limits: Iterable[float]) -> str:
@@ -202,10 +202,10 @@ def label(name: str) -> str:
     return f"{title(library)} {own_name}" if own_name else name
 
 
-def choose_for(found: Representatives, case: str, several: Sequence[str]) -> list[str]:
+def choose_for(libraries: Representatives, case: str, several: Sequence[str]) -> list[str]:
     """The integrators in the picture of a case: all of `several` if they are few, else those that stand for libraries."""
     if len(several) <= NAMED:
         return list(several)
-    kind = found.run.kind_of.get(case)
-    names = [one.methods.get(kind) for one in found.stands] if kind else []
+    kind = libraries.run.kind_of.get(case)
+    names = [stand.methods.get(kind) for stand in libraries.stands] if kind else []
     return [name for name in names if name in set(several)]

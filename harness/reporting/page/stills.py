@@ -18,10 +18,10 @@ WIDE, NARROW = "wide", "narrow"
 
 def stills(specifications: Sequence[dict[str, Any]]) -> list[str]:
     """The drawings as SVG with the colours of the page; kept on disk, because drawing takes a tenth of a second each."""
-    found: list[str] = keep_result(
-        (__name__,), json.dumps(specifications), lambda: [_draw(one) for one in specifications]
+    drawings: list[str] = keep_result(
+        (__name__,), json.dumps(specifications), lambda: [_draw(specification) for specification in specifications]
     )
-    return found
+    return drawings
 
 
 def _draw(specification: Mapping[str, Any]) -> str:

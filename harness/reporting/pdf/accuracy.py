@@ -73,9 +73,9 @@ def contents(subject: Subject, folders: Sequence[Path]) -> dict[str, Any]:
     }
 
 
-def typeset(content: Mapping[str, Any], made: datetime, form: Literal["pdf", "png"] = "pdf") -> Any:
+def typeset(content: Mapping[str, Any], moment: datetime, form: Literal["pdf", "png"] = "pdf") -> Any:
     """The document as bytes; as a list of pictures, a page each, if `form` is png."""
-    return document(content).compile(format=form, ppi=80, timestamp=int(made.timestamp()))
+    return document(content).compile(format=form, ppi=80, timestamp=int(moment.timestamp()))
 
 
 def document(content: Mapping[str, Any]) -> typst.Compiler:

@@ -46,14 +46,14 @@ def join_names(names: Sequence[str], most: int = 4) -> str:
 
 def _list_asked(subject: Subject) -> list[str]:
     run, table_ = subject.run, subject.defaults
-    taken = "physics engine" if subject.engine else "integrator"
+    noun = "physics engine" if subject.engine else "integrator"
     low, high = table_["setting"].min(), table_["setting"].max()
     if subject.by_tolerance:
         sweep = f"relative tolerances from {power_text(high)} down to {power_text(low)}"
     else:
         sizes = int(table_.groupby("case")["setting"].nunique().max())
         sweep = f"up to {count_text(sizes, 'step size')} a case, from coarse to fine"
-    given = (
+    model = (
         "a scene of bodies, joints and contacts" if subject.engine else "the equations of motion and the initial state"
     )
     hard = subject.ran[subject.ran["variant"] != ""].drop_duplicates(["case", "variant"])
@@ -64,9 +64,9 @@ def _list_asked(subject: Subject) -> list[str]:
     tried, all_ = count_text(len(subject.accepted), "case"), len(run.names)
     of = "of the run" if len(subject.accepted) == all_ else f"of the {all_} in the run"
     return [
-        f"How accurately does the {taken} {subject.name} compute motions of classical mechanics, what does this cost, and"
+        f"How accurately does the {noun} {subject.name} compute motions of classical mechanics, what does this cost, and"
         " where does it fail?",
-        f"It was given {given} of each case, and ran at {sweep}. Its states at 64 times were compared with the exact"
+        f"It was given {model} of each case, and ran at {sweep}. Its states at 64 times were compared with the exact"
         f" motion, which is known to many more digits than binary64 has. It ran on {tried} {of}{variants}.{refused}",
     ]
 
@@ -81,21 +81,17 @@ def _answer(subject: Subject) -> list[str]:
 
 def _one_by_one(subject: Subject) -> list[str]:
     """Each case of a run of few: they show nothing about others."""
-    said = [
+    sentences = [
         f"{case}: the smallest error is {size_text(row['best'])} ({digits_text(row)} digits)"
-        + (
-            f", and one solve to an error of {power_text(MIDDLE)} takes {taken.replace('≤', 'at most')}"
-            if taken
-            else ""
-        )
+        + (f", and one solve to an error of {power_text(MIDDLE)} takes {cost.replace('≤', 'at most')}" if cost else "")
         if math.isfinite(row["digits"])
         else f"{case}: no setting is ok ({str(row['verdict']).replace('_', ' ')})"
         for case, row in subject.cases.iterrows()
-        for taken in [time_at(subject, str(case), MIDDLE)]
+        for cost in [time_at(subject, str(case), MIDDLE)]
     ]
     number = count_text(len(subject.cases), "case")
     return [
-        f"{'; '.join(said)}.",
+        f"{'; '.join(sentences)}.",
         f"This run measured {number} with default numbers, which shows nothing about others.",
     ]
 
@@ -118,33 +114,33 @@ def _accuracy(subject: Subject) -> list[str]:
 def _setting(subject: Subject) -> str:
     """Error over tolerance, or the order, over the cases."""
     if subject.by_tolerance:
-        found = subject.cases[subject.cases["over_tolerance"].notna()]
-        if found.empty:
+        rows = subject.cases[subject.cases["over_tolerance"].notna()]
+        if rows.empty:
             return ""
-        worst = found.loc[found["worst_over_tolerance"].idxmax()]
-        middle = f"is {short_text(median(found['over_tolerance']))} times its tolerance in the median of"
-        if len(found) < FEWEST:
-            spread = range_text(found["over_tolerance"], short_text, " to ")
+        worst = rows.loc[rows["worst_over_tolerance"].idxmax()]
+        middle = f"is {short_text(median(rows['over_tolerance']))} times its tolerance in the median of"
+        if len(rows) < FEWEST:
+            spread = range_text(rows["over_tolerance"], short_text, " to ")
             middle = f"is {spread} times its tolerance (median over the settings) on"
         return (
-            f"The error {middle} {count_text(len(found), 'case')}, and {short_text(worst['worst_over_tolerance'])} times at"
+            f"The error {middle} {count_text(len(rows), 'case')}, and {short_text(worst['worst_over_tolerance'])} times at"
             f" the worst setting of all ({worst.name})."
         )
-    found = subject.cases[subject.cases["order"].notna()]
+    rows = subject.cases[subject.cases["order"].notna()]
     declared = subject.cases["declared"].dropna()
-    said = f" (declared: {declared.iloc[0]:.0f})" if declared.nunique() == 1 else ""
+    promise = f" (declared: {declared.iloc[0]:.0f})" if declared.nunique() == 1 else ""
     flat = list(subject.cases.index[subject.cases["flat"]])
     level = (
         f" On {count_text(len(flat), 'case')} ({join_names(flat)}) the error does not fall with the step."
         if flat
         else ""
     )
-    if found.empty:
-        return f"On no case do the errors lie on a line from which an order could be measured{said}.{level}"
-    number = range_text(found["order"], "{:.2f}".format, " to ")
-    if len(found) >= FEWEST:
-        number += f", {median(found['order']):.2f} in the median"
-    return f"The order measured on {count_text(len(found), 'case')} is {number}{said}.{level}"
+    if rows.empty:
+        return f"On no case do the errors lie on a line from which an order could be measured{promise}.{level}"
+    number = range_text(rows["order"], "{:.2f}".format, " to ")
+    if len(rows) >= FEWEST:
+        number += f", {median(rows['order']):.2f} in the median"
+    return f"The order measured on {count_text(len(rows), 'case')} is {number}{promise}.{level}"
 
 
 def _describe_failures(subject: Subject) -> str:
@@ -223,14 +219,14 @@ def _limits(subject: Subject) -> list[str]:
 
 
 def _of_run(subject: Subject) -> list[str]:
-    found = [
+    texts = [
         f"It holds for the {count_text(len(subject.accepted), 'case')} of this report and their numbers. Other motions may"
         " behave otherwise; the cases are not a random sample of anybody's problems."
     ]
     planned = [row for row in subject.run.outstanding.planned if row.library == subject.library]
     lost = sum(row.trials - row.measured for row in planned)
     if lost:
-        found.append(
+        texts.append(
             f"The run is not complete: {lost} of the {sum(row.trials for row in planned)} trials planned for the library"
             f" {subject.library} have no measurement. Cases, and settings of cases, may be missing."
         )
@@ -239,11 +235,11 @@ def _of_run(subject: Subject) -> list[str]:
     if len(skipped) and len(limits):
         low, high = f"{limits.min():g}", f"{limits.max():g}"
         most = f"{low} s" if low == high else f"{low} to {high} s, according to the case,"
-        found.append(
+        texts.append(
             f"A trial may take {most} here: {count_text(len(skipped), 'setting')} passed this limit or"
             " were not started because of it. With more time, errors may be smaller."
         )
-    return found
+    return texts
 
 
 def _of(some: int, answered: int) -> str:
@@ -252,37 +248,37 @@ def _of(some: int, answered: int) -> str:
 
 
 def _of_errors(subject: Subject) -> list[str]:
-    answered, found = subject.answered, []
+    answered, texts = subject.answered, []
     if answered.empty:
         return []
     number = len(answered)
     turned = int((answered["turned_starts"] > 0).sum())
     if turned:
-        found.append(
+        texts.append(
             f"On {_of(turned, number)} the error is the median over turned orientations, with its range in the table."
         )
     if turned < len(answered):
-        found.append(
+        texts.append(
             f"On {_of(len(answered) - turned, number)} the error is that of one start: it has no range, and another start"
             " may give a larger or smaller error."
         )
     tight = int((answered["tightest"] & ~answered["at_floor"]).sum())
     if tight:
-        found.append(
+        texts.append(
             f"On {_of(tight, number)} the best setting is the finest that ran: a finer one may give more digits, so the"
             " digits are a lower bound there."
         )
     lost = int((answered["attainable"] > MIDDLE).sum())
     if lost:
-        found.append(
+        texts.append(
             f"On {_of(lost, number)} half a unit in the last place of the input changes the exact motion by more than"
             f" {power_text(MIDDLE)}: no method can be trusted beyond that there."
         )
-    found.append(
+    texts.append(
         "Errors are measured at 64 times of each motion: between them, and after the last one, nothing was measured. An"
         " error smaller than the floor, half a unit in the last place of the exact states, counts as the floor."
     )
-    return found
+    return texts
 
 
 def _of_times(subject: Subject) -> list[str]:
@@ -336,11 +332,11 @@ def time_at(subject: Subject, case: str, target: float) -> str:
 
 def growth_words(subject: Subject) -> str:
     """On how many cases the error grows by which law."""
-    found = pd.Series([law.law for _, law in subject.grown.values()], dtype=object)
-    if found.empty:
+    laws = pd.Series([law.law for _, law in subject.grown.values()], dtype=object)
+    if laws.empty:
         return ""
-    clear = found[found != ""].map(lambda law: LAWS.get(law, law)).value_counts()
-    said = join_words([f"{law} on {number}" for law, number in clear.items()])
-    open_ = int((found == "").sum())
+    clear = laws[laws != ""].map(lambda law: LAWS.get(law, law)).value_counts()
+    counted = join_words([f"{law} on {number}" for law, number in clear.items()])
+    open_ = int((laws == "").sum())
     rest = f"on {open_} its interval admits several laws" if open_ else ""
-    return f"Of {count_text(len(found), 'case')} with stored states, the growth of the error is: {'; '.join(filter(None, [said, rest]))}."
+    return f"Of {count_text(len(laws), 'case')} with stored states, the growth of the error is: {'; '.join(filter(None, [counted, rest]))}."

@@ -63,5 +63,5 @@ def chapter(title: str, *parts: Part, begins: str = "", whole: bool = False) -> 
 
     `begins`: a "page", or the "second page" unless an earlier chapter reaches it. `whole`: no page ends within it.
     """
-    kept = [part for part in parts if part.get("texts") or part.get("rows") or part.get("drawings")]
-    return {"title": title, "parts": kept, "begins": begins, "whole": whole}
+    filled = [part for part in parts if part.get("texts") or part.get("rows") or part.get("drawings")]
+    return {"title": title, "parts": filled, "begins": begins, "whole": whole}

@@ -43,7 +43,7 @@ def work_diagrams(subject: Subject) -> list[dict[str, Any]]:
     mine = points["series"] == subject.name
     axis = "time" if np.isfinite(points.loc[mine, "time"]).any() else "calls"
     points = points[mine | ~points["failed"]].assign(front=lambda table: table["series"] == subject.name)
-    found, specification = [], work_precision(look, axis)
+    diagrams, specification = [], work_precision(look, axis)
     for case in subject.telling:
         own = points[points["case"] == case].drop(columns=["case", "variant", "formulation"])
         place = subject.cases.loc[case]
@@ -51,8 +51,8 @@ def work_diagrams(subject: Subject) -> list[dict[str, Any]]:
         if place["attainable"] > place["floor"]:
             limits["conditioning"] = float(place["attainable"])
         diagram = draw(specification, own, limits)
-        found.append(_without_legend(diagram | {"width": 300, "height": 205}))
-    return found
+        diagrams.append(_without_legend(diagram | {"width": 300, "height": 205}))
+    return diagrams
 
 
 def _without_legend(node: Any) -> Any:
@@ -96,8 +96,7 @@ def growth_chart(subject: Subject) -> dict[str, Any] | None:
         axis=alt.Axis(tickMinStep=1, tickCount=6, labelExpr=ERRORS),
     )
     chart = alt.Chart(alt.NamedData("points")).mark_line(strokeWidth=1.6).encode(x, y, **encoded)
-    found: dict[str, Any] = dress(chart.properties(width=400, height=190), {"points": rows}).to_dict(validate=False)
-    return found
+    return dict(dress(chart.properties(width=400, height=190), {"points": rows}).to_dict(validate=False))
 
 
 def digit_charts(subject: Subject) -> list[dict[str, Any]]:
@@ -122,9 +121,9 @@ def _digits(part: pd.DataFrame, subject: Subject, width: int) -> dict[str, Any]:
             }
             for case, row in part.iterrows()
         ]
-    for one in data:
-        if not math.isfinite(one["digits"]):
-            one["digits"] = None
+    for row in data:
+        if not math.isfinite(row["digits"]):
+            row["digits"] = None
     wide = 5.0 * max(len(shorten(str(case))) for case in subject.cases.index) + 8
     extent = {"minExtent": wide, "maxExtent": wide, "labelLimit": 0}  # both columns have one scale
     base = alt.Chart(alt.NamedData("rows")).encode(
@@ -148,8 +147,7 @@ def _digits(part: pd.DataFrame, subject: Subject, width: int) -> dict[str, Any]:
         .encode(x=alt.datum(0), text="verdict:N"),
     ]
     chart = alt.layer(*layers).properties(width=width, height={"step": 12})
-    found: dict[str, Any] = dress(chart, {"rows": data}).to_dict(validate=False)
-    return found
+    return dict(dress(chart, {"rows": data}).to_dict(validate=False))
 
 
 def failure_chart(subject: Subject) -> dict[str, Any]:
@@ -179,10 +177,7 @@ def failure_chart(subject: Subject) -> dict[str, Any]:
             order=alt.Order("place:Q"),
         )
     )
-    found: dict[str, Any] = dress(bars.properties(width=360, height={"step": 22}), {"rows": rows}).to_dict(
-        validate=False
-    )
-    return found
+    return dict(dress(bars.properties(width=360, height={"step": 22}), {"rows": rows}).to_dict(validate=False))
 
 
 def verdict_words(verdict: str) -> str:
@@ -197,4 +192,4 @@ def verdict_words(verdict: str) -> str:
 
 def drawings(specifications: Sequence[dict[str, Any] | None]) -> list[str]:
     """The drawings of those specifications that there are."""
-    return [svg(one) for one in specifications if one is not None]
+    return [svg(specification) for specification in specifications if specification is not None]

@@ -94,14 +94,12 @@ def _certificates(subject: Subject, folders: Sequence[Path]) -> list[Part]:
     bare = len(ran) - len({(row["case"], row["variant"]) for row in rows})
     lacking = f" Without a certificate here: {bare}." if bare else ""
     failed = f" Not confirmed: {join_names(bad, 8)}: errors against these are not certified." if bad else ""
-    made = sorted({str(row["revision"]) for row in rows if row["revision"]})
-    revisions = (
-        f" The certificates are of revision {join_words(made)}, this run is of {_revision(subject)}." if made else ""
-    )
-    said = words(
+    revisions = join_words(sorted({str(row["revision"]) for row in rows if row["revision"]}))
+    origin = f" The certificates are of revision {revisions}, this run is of {_revision(subject)}." if revisions else ""
+    confirmed = words(
         f"Confirmed: {len(good)} of the {motions} of this report, by computations that share no formula with them;"
         f" the fewest digits are {float(least['digits']):.1f} ({motion_name(least)}), where binary64 has 16."
-        f"{lacking}{failed}{revisions}",
+        f"{lacking}{failed}{origin}",
         "Required are 45 digits of a closed form, and 30 of a motion that is integrated in high precision, each by at"
         " least two independent ways; digits are counted relative to the size of the motion, 50 at most.",
     )
@@ -111,7 +109,7 @@ def _certificates(subject: Subject, folders: Sequence[Path]) -> list[Part]:
         if digits:
             by_way.append([way, str(len(digits)), f"{min(digits):.1f}", meaning])
     heads = ["way", ">motions", ">fewest digits", "<>the exact motion agrees with"]
-    return [said, table(heads, by_way, size=8.5), _checks(folders)]
+    return [confirmed, table(heads, by_way, size=8.5), _checks(folders)]
 
 
 def _checks(folders: Sequence[Path]) -> Part:
@@ -159,8 +157,8 @@ def dates(subject: Subject) -> str:
 
 
 def _commands(subject: Subject) -> list[Part]:
-    made = list(dict.fromkeys(str(run["command"]) for run in subject.history if run["command"]))
-    parts = [code(*(shorten(one, 400) for one in made[-4:]), title="The run was made by")] if made else []
+    lines = list(dict.fromkeys(str(run["command"]) for run in subject.history if run["command"]))
+    parts = [code(*(shorten(line, 400) for line in lines[-4:]), title="The run was made by")] if lines else []
     if subject.library in {OURS, *LIBRARIES}:
         parts.append(code(*_again(subject), title="In a clone of gnomon, with pip"))
         parts.append(words(

@@ -31,11 +31,11 @@ class Subject:
         """The integrator with this id, or the only one with this name. Raises ValueError if none of its trials ran."""
         ran = run.reduced[~run.reduced["status"].isin(analysis.NEVER_RAN)]
         present = dict(ran.drop_duplicates("integrator_id")[["integrator_id", "integrator"]].to_numpy())
-        found = [name] if name in present else sorted(one for one, short in present.items() if short == name)
-        if len(found) == 1:
-            return cls(run, found[0])
-        if found:
-            raise ValueError(f"--pdf {name}: the run has {', '.join(found)}; give one id")
+        ids = [name] if name in present else sorted(full for full, short in present.items() if short == name)
+        if len(ids) == 1:
+            return cls(run, ids[0])
+        if ids:
+            raise ValueError(f"--pdf {name}: the run has {', '.join(ids)}; give one id")
         wanted = run.reduced[run.reduced["integrator_id"] == name]
         why = f"nothing of it ran ({wanted['reason'].iloc[0]})" if len(wanted) else f"{run.path} has no results of it"
         raise ValueError(f"--pdf {name}: {why}; it has results of {', '.join(sorted(present))}")
@@ -169,8 +169,8 @@ class Subject:
     @cached_property
     def grown(self) -> dict[str, tuple[Sampled, Growth]]:
         """By case the sizes of the error over time, at a setting with an error near 1e-5, and their law."""
-        found = choose_samples(self.run.path, self.used(self.frame), self.run.classes)
-        return {one.trial.case: (one, growth(one.times, one.sizes["error"])) for one in found}
+        samples = choose_samples(self.run.path, self.used(self.frame), self.run.classes)
+        return {sample.trial.case: (sample, growth(sample.times, sample.sizes["error"])) for sample in samples}
 
     @cached_property
     def telling(self) -> list[str]:
@@ -184,5 +184,5 @@ class Subject:
 
 def median(values: pd.Series) -> float:
     """The median of the finite values; nan without any."""
-    found = values[np.isfinite(values.astype(float))]
-    return float(found.median()) if len(found) else math.nan
+    finite = values[np.isfinite(values.astype(float))]
+    return float(finite.median()) if len(finite) else math.nan

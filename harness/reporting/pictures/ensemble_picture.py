@@ -20,9 +20,9 @@ SIZE = 480
 """Pixels of a side of the map."""
 
 
-def error_map(found: Distribution, sides: tuple[Varied, Varied], units: tuple[str, str], title: str) -> alt.LayerChart:
+def error_map(errors: Distribution, sides: tuple[Varied, Varied], units: tuple[str, str], title: str) -> alt.LayerChart:
     """The geometric mean of the error in each cell; cells with failed samples are framed, empty cells are left out."""
-    count, total, failed = found.cells
+    count, total, failed = errors.cells
     rows = []
     for i, j in np.argwhere(count + failed).tolist():
         place: dict[str, Any] = {}

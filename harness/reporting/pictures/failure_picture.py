@@ -48,15 +48,15 @@ def draw(integrator: Integrator, depth: str, row: Row, on: selection.CaseLike, p
     process hangs or ends.
     """
     (case,) = selection.find_cases([on])
-    found: list[Row] = []
+    rows: list[Row] = []
 
     measure = partial(_find, row.finding.setting)
-    run([CaseJob(integrator, case, DEPTHS[depth], found.append, ["picture"], measure)], workers=1)
-    if found[0].finding.outcome != Outcome.PASSED:
+    run([CaseJob(integrator, case, DEPTHS[depth], rows.append, ["picture"], measure)], workers=1)
+    if rows[0].finding.outcome != Outcome.PASSED:
         raise ValueError(
-            f"--picture {path}: {integrator.id} on {row.case} gave {found[0].finding.got}, nothing is drawn"
+            f"--picture {path}: {integrator.id} on {row.case} gave {rows[0].finding.got}, nothing is drawn"
         )
-    save(_chart(case, integrator, row, json.loads(found[0].finding.got)).to_dict(validate=False), path)
+    save(_chart(case, integrator, row, json.loads(rows[0].finding.got)).to_dict(validate=False), path)
 
 
 def _find(setting: str, trials: Trials) -> Finding:
@@ -89,24 +89,24 @@ def _setting(trials: Trials, text: str) -> float:
     return min(trials.settings, key=lambda setting: abs(math.log(setting / float(named[1]))))
 
 
-def _chart(case: Case, integrator: Integrator, row: Row, found: dict[str, Any]) -> Any:
+def _chart(case: Case, integrator: Integrator, row: Row, data: dict[str, Any]) -> Any:
     finding = row.finding
-    title = f"{finding.outcome.value.upper()} {row.claim} on {row.case}, drawn at {found['named']}"
-    said = [
+    title = f"{finding.outcome.value.upper()} {row.claim} on {row.case}, drawn at {data['named']}"
+    lines = [
         f"{integrator.id}. {TEXTS[row.claim]['states']}",
         *([f"Expected: {finding.expected}"] if finding.expected else []),
         *([f"Got{f' at {finding.setting}' if finding.setting else ''}: {finding.got}"] if finding.expected else []),
-        *([f"At {found['named']}: {found['why']}"] if found["why"] else []),
+        *([f"At {data['named']}: {data['why']}"] if data["why"] else []),
     ]
-    wrapped = [part for line in said for part in textwrap.wrap(visible(line), 105)]
-    panels = [*_motion(case, found), *_over_time(found), *_over_settings(integrator, found)]
+    wrapped = [part for line in lines for part in textwrap.wrap(visible(line), 105)]
+    panels = [*_motion(case, data), *_over_time(data), *_over_settings(integrator, data)]
     heading = alt.TitleParams(visible(title), subtitle=wrapped, offset=14)
     return dress(alt.vconcat(*panels, title=heading, spacing=18).resolve_scale(color="independent"))
 
 
-def _motion(case: Case, found: dict[str, Any]) -> list[Any]:
+def _motion(case: Case, data: dict[str, Any]) -> list[Any]:
     """A panel for each group of coordinates: the exact motion as lines, the computed samples as circles."""
-    times, exact = np.array(found["times"]), np.array(found["exact"])
+    times, exact = np.array(data["times"]), np.array(data["exact"])
     long = times[-1] > DRAWN_SCALES * case.time_scale
     groups = Counter(coordinate.group for coordinate in case.state)
     fine = times if long else np.linspace(0.0, times[-1], min(POINTS, MOST_ROWS // max(groups.values())))
@@ -128,9 +128,9 @@ def _motion(case: Case, found: dict[str, Any]) -> list[Any]:
         )
         mark = base.mark_point(size=9, filled=True, clip=True) if long else base.mark_line(strokeWidth=1.5, clip=True)
         drawn = [mark.properties(data=_long(fine, lines, members))]
-        if found["states"] is not None:
+        if data["states"] is not None:
             points = base.mark_point(shape="circle", size=26, filled=False, strokeWidth=1.3, opacity=1, clip=True)
-            drawn.append(points.properties(data=_long(times, np.array(found["states"]), members)))
+            drawn.append(points.properties(data=_long(times, np.array(data["states"]), members)))
         panels.append(alt.layer(*drawn))
     kind = "dots" if long else "lines"
     panels[0] = panels[0].properties(title=_small(f"Motion: exact ({kind}) and computed (circles)"))
@@ -181,23 +181,23 @@ def _lines(over: str, lines: dict[str, list[tuple[float, float]]]) -> Any:
     return table.assign(decades=_decades(table["error"]))
 
 
-def _over_time(found: dict[str, Any]) -> list[Any]:
+def _over_time(data: dict[str, Any]) -> list[Any]:
     """The error at each sample, with the conditioning below it."""
-    if found["errors"] is None or not np.isfinite(found["errors"]).any():
+    if data["errors"] is None or not np.isfinite(data["errors"]).any():
         return []
     table = _lines(
         "t",
         {
-            "computed": list(zip(found["times"], found["errors"], strict=True)),
-            "effect of half an ulp": list(zip(found["times"], found["conditioning"], strict=True)),
+            "computed": list(zip(data["times"], data["errors"], strict=True)),
+            "effect of half an ulp": list(zip(data["times"], data["conditioning"], strict=True)),
         },
     )
-    return [_errors(table, _time(found["times"])).properties(title=_small(f"Error against time, {found['named']}"))]
+    return [_errors(table, _time(data["times"])).properties(title=_small(f"Error against time, {data['named']}"))]
 
 
-def _over_settings(integrator: Integrator, found: dict[str, Any]) -> list[Any]:
+def _over_settings(integrator: Integrator, data: dict[str, Any]) -> list[Any]:
     """The largest error at each setting, with the line of the declared order, or of errors equal to the tolerance."""
-    sweep = [(setting, error) for setting, error in found["sweep"] if math.isfinite(error)]
+    sweep = [(setting, error) for setting, error in data["sweep"] if math.isfinite(error)]
     if len(sweep) < 2:
         return []
     adaptive = isinstance(integrator.sweep, Tolerance)
@@ -211,7 +211,7 @@ def _over_settings(integrator: Integrator, found: dict[str, Any]) -> list[Any]:
     table = _lines("setting", lines)
     table["setting"] = _decades(table["setting"])
     x = alt.X("setting:Q", title="tolerance" if adaptive else "step size (s)", **_axis(table["setting"]))
-    place = pd.DataFrame({"setting": [math.log10(found["setting"])]})
+    place = pd.DataFrame({"setting": [math.log10(data["setting"])]})
     drawn = alt.Chart(place).mark_rule(strokeDash=[3, 3], color=INK).encode(x="setting:Q")
     title = _small("Largest error against setting; dashed: the setting drawn above")
     return [alt.layer(_errors(table, x), drawn).properties(title=title)]

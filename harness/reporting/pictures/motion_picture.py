@@ -23,15 +23,15 @@ LEAST = 1e-9
 
 def draw(case: Case, path: Path) -> None:
     """Draw the exact motion to a file whose name ends in .svg, .png or .html."""
-    found, data = _charts(case)
-    save(found.to_dict(validate=False) | {"datasets": data}, path)
+    picture, data = _charts(case)
+    save(picture.to_dict(validate=False) | {"datasets": data}, path)
 
 
 def chart(case: Case) -> Any:
     """The exact motion as a chart of Altair: an orbit with equal scales, then a panel for each group over time."""
-    found, data = _charts(case)
-    found.datasets = data
-    return found
+    picture, data = _charts(case)
+    picture.datasets = data
+    return picture
 
 
 def _charts(case: Case) -> tuple[Any, dict[str, Any]]:

@@ -19,11 +19,11 @@ MOST = 24
 
 def specification(database: Path, names: list[str] | None = None) -> dict[str, Any]:
     """The diagrams of a results file, of the cases with these names, as a specification of Vega-Lite."""
-    found = Run.read(database)
-    chosen = _choose(work_problems(found), names)
+    run = Run.read(database)
+    chosen = _choose(work_problems(run), names)
     if len(chosen) > MOST:
         warnings.warn(f"{len(chosen)} diagrams, of which {MOST} are drawn; --case draws others", stacklevel=2)
-    return together(work_precision(found.look, "time"), dict(list(chosen.items())[:MOST]))
+    return together(work_precision(run.look, "time"), dict(list(chosen.items())[:MOST]))
 
 
 def _choose(work: dict[str, Problems], names: list[str] | None) -> dict[str, Any]:
@@ -36,18 +36,18 @@ def _choose(work: dict[str, Problems], names: list[str] | None) -> dict[str, Any
             every.setdefault(name, {})[f"{case}, {label}"] = problem
     if not names:
         defaults = {
-            f"{name}, {DEFAULT}": found
+            f"{name}, {DEFAULT}": problem
             for name, each in work.items()
-            for label, found in each.items()
+            for label, problem in each.items()
             if label == DEFAULT
         }
-        return defaults or {title: found for each in every.values() for title, found in each.items()}
+        return defaults or {title: problem for each in every.values() for title, problem in each.items()}
     chosen: dict[str, Any] = {}
     for name in names:
         if not is_pattern(name) and name not in every:
             raise ValueError(f"--case {name}: the run has no such case; {nearest(name, every)}")
-        for one in matching(name, every) if is_pattern(name) else [name]:
-            chosen |= every[one]
+        for key in matching(name, every) if is_pattern(name) else [name]:
+            chosen |= every[key]
     return chosen
 
 
@@ -61,12 +61,12 @@ def together(specification: dict[str, Any], chosen: dict[str, Any]) -> dict[str,
         *(name for each in specification["params"] for name in (each["name"], *each["views"])),
     }
     for number, (title, problem) in enumerate(chosen.items()):
-        one = draw(specification, problem["points"], problem["limits"])
-        data |= {f"{name}_{number}": rows for name, rows in one["datasets"].items()}
+        diagram = draw(specification, problem["points"], problem["limits"])
+        data |= {f"{name}_{number}": rows for name, rows in diagram["datasets"].items()}
         words = {"text": title, "subtitle": problem["stresses"], "anchor": "start"}
-        panels.append({"title": words, "width": one["width"], "height": one["height"]})
-        panels[-1]["layer"] = _rename(one["layer"], own, f"_{number}")
-        params += _rename(one["params"], own, f"_{number}")
+        panels.append({"title": words, "width": diagram["width"], "height": diagram["height"]})
+        panels[-1]["layer"] = _rename(diagram["layer"], own, f"_{number}")
+        params += _rename(diagram["params"], own, f"_{number}")
     common = {name: specification[name] for name in ("$schema", "config") if name in specification}
     apart = {"scale": {name: "independent" for name in ("x", "y", "color", "shape", "strokeDash")}}
     return common | {"datasets": data, "params": params, "vconcat": panels, "resolve": apart}

@@ -29,36 +29,36 @@ LEAST_MINUTES = 1.0
 
 def main(arguments: Iterable[str] | None = None) -> int:
     """0 if all is done, 1 if parts remain, 2 for an error, 130 after Ctrl-C."""
-    given = _parser().parse_args(None if arguments is None else list(arguments))
-    console, place = Console(soft_wrap=True, emoji=False, highlight=False), Place(given.measured)
+    options = _parser().parse_args(None if arguments is None else list(arguments))
+    console, place = Console(soft_wrap=True, emoji=False, highlight=False), Place(options.measured)
     try:
-        if given.minutes is not None and not given.minutes > 0:
-            raise ValueError(f"--minutes {given.minutes:g}: a number above 0 is needed")
-        if given.results is not None and not given.with_older:
-            raise ValueError(f"--results {given.results}: only with --with-older")
-        chosen = place.part(given.part) if given.part else None
+        if options.minutes is not None and not options.minutes > 0:
+            raise ValueError(f"--minutes {options.minutes:g}: a number above 0 is needed")
+        if options.results is not None and not options.with_older:
+            raise ValueError(f"--results {options.results}: only with --with-older")
+        chosen = place.part(options.part) if options.part else None
         console.print(table([*place.states()]))
-        if given.list:
+        if options.list:
             return 0
-        if given.with_older:
-            found = assembly.older(place, given.out, given.results)
+        if options.with_older:
+            publication = assembly.older(place, options.out, options.results)
         else:
-            if not _measure_parts([chosen] if chosen else None, place, given.minutes, console):
+            if not _measure_parts([chosen] if chosen else None, place, options.minutes, console):
                 return 1
             if chosen:
                 return 0
-            found = assembly.present(place)
-        page = assembly.assemble(found, given.out, given.raw, given.table)
+            publication = assembly.present(place)
+        page = assembly.assemble(publication, options.out, options.raw, options.table)
     except KeyboardInterrupt:
         _remaining(place, console)
         return 130
     except (ValueError, OSError) as error:
         print(f"error: {' '.join(str(error).split())}", file=sys.stderr)
         return 2
-    for line in _lacks(found, given.out):
+    for line in _lacks(publication, options.out):
         console.print(line)
     console.print(
-        f"The published report is {page}; look at every figure, and commit {given.out} and {given.table} alone"
+        f"The published report is {page}; look at every figure, and commit {options.out} and {options.table} alone"
     )
     return 0
 
@@ -105,14 +105,14 @@ def _measure_parts(chosen: Sequence[Part] | None, place: Place, minutes: float |
     return False
 
 
-def _lacks(found: assembly.Found, to: Path) -> Iterator[str]:
+def _lacks(publication: assembly.Found, to: Path) -> Iterator[str]:
     """What makes a publication less than one whole run of one revision, a line each: the page says it too."""
-    missing = outstanding(found.results).text
+    missing = outstanding(publication.results).text
     if missing:
-        yield f"not complete: {found.results}: {missing}"
-    for one in provenance.origins([to], found.run):
-        if one.older:
-            yield f"older: {one.file}, revision {one.revision or 'unknown'} {one.date}".rstrip()
+        yield f"not complete: {publication.results}: {missing}"
+    for origin in provenance.origins([to], publication.run):
+        if origin.older:
+            yield f"older: {origin.file}, revision {origin.revision or 'unknown'} {origin.date}".rstrip()
 
 
 def _remaining(place: Place, console: Console) -> None:
@@ -129,18 +129,18 @@ def _remaining(place: Place, console: Console) -> None:
 
 def table(states: Sequence[State]) -> Table:
     """The parts: whether each is done, of which revision and day, and its time, predicted and measured."""
-    found = Table(
+    printed = Table(
         Column("part", no_wrap=True), "state", "revision", "date", "minutes", "took", box=SIMPLE_HEAD, padding=(0, 1)
     )
     for each in states:
         took = "" if each.took is None else f"{each.took:.1f}"
         by = [each.by.get(name, "") for name in ("revision", "date")]
-        found.add_row(each.part.name, each.word, *by, f"{each.minutes:.0f}", took)
+        printed.add_row(each.part.name, each.word, *by, f"{each.minutes:.0f}", took)
     left = sum(each.minutes for each in states if each.word != "done")
-    found.add_row(
+    printed.add_row(
         "all", f"{sum(each.word == 'done' for each in states)} of {len(states)} done", "", "", f"{left:.0f} left", ""
     )
-    return found
+    return printed
 
 
 if __name__ == "__main__":

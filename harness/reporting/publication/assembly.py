@@ -36,9 +36,9 @@ class Found:
     @property
     def run(self) -> dict[str, str]:
         """The environment of the last run of the results."""
-        found = store.runs(self.results)[-1]
-        made_by = {name: value for name, value in found["environment"].items() if value is not None}
-        return {"sources": "", "machine": ""} | made_by | {"suite": found["suite"], "date": str(found["started"])[:10]}
+        last = store.runs(self.results)[-1]
+        made_by = {name: value for name, value in last["environment"].items() if value is not None}
+        return {"sources": "", "machine": ""} | made_by | {"suite": last["suite"], "date": str(last["started"])[:10]}
 
 
 def present(place: Place) -> Found:
@@ -51,29 +51,29 @@ def present(place: Place) -> Found:
             " and with --with-older assembles with older parts"
         )
     installed = [record["installed"] for record in records.values() if record is not None]
-    for name, one in zip(records, installed, strict=True):
-        if one != installed[0]:
-            other = sorted({*one.items()} ^ {*installed[0].items()})[0][0]
+    for name, versions in zip(records, installed, strict=True):
+        if versions != installed[0]:
+            other = sorted({*versions.items()} ^ {*installed[0].items()})[0][0]
             raise ValueError(
                 f"{name}: measured with another version of {other} than {next(iter(records))};"
                 f" install one version, and remove {place.folder / 'done' / name}.json"
             )
-    found = Found(
+    publication = Found(
         place.folder / RESULTS, {name: place.folder / name for name in place.files if name != RESULTS}, installed[0]
     )
-    for path in (found.results, *found.files.values()):
+    for path in (publication.results, *publication.files.values()):
         whole.require_whole(path)
-    made_by = {name: provenance.environment_of(sidecars.read(path)) for name, path in found.files.items()}
-    runs = [run["environment"] for run in store.runs(found.results)]
+    made_by = {name: provenance.environment_of(sidecars.read(path)) for name, path in publication.files.items()}
+    runs = [run["environment"] for run in store.runs(publication.results)]
     for path, each in [
-        *((found.results, one) for one in runs),
-        *((found.files[name], one) for name, one in made_by.items()),
+        *((publication.results, origin) for origin in runs),
+        *((publication.files[name], origin) for name, origin in made_by.items()),
     ]:
         if each.get("sources") != environment.sources():
             raise ValueError(
                 f"{path}: made with other sources than these; remove it, and call `make publication` again"
             )
-    return found
+    return publication
 
 
 def older(place: Place, to: Path, results: Path | None = None) -> Found:
@@ -84,8 +84,8 @@ def older(place: Place, to: Path, results: Path | None = None) -> Found:
     folders = [place.folder, *place.others()]
 
     def newest(name: str) -> Path | None:
-        done = (one for one in folders if all(place.record(part, one) is not None for part in place.files[name]))
-        return next((one / name for one in done), to / name if (to / name).is_file() else None)
+        complete = (folder for folder in folders if all(place.record(part, folder) for part in place.files[name]))
+        return next((folder / name for folder in complete), to / name if (to / name).is_file() else None)
 
     database = store.results_file(results) if results is not None else newest(RESULTS)
     if database is None:
@@ -103,39 +103,39 @@ def older(place: Place, to: Path, results: Path | None = None) -> Found:
     return Found(database, {name: path for name, path in files.items() if path is not None}, installed)
 
 
-def assemble(found: Found, to: Path, raw: Path = RAW, table: Path = TABLE) -> Path:
+def assemble(publication: Found, to: Path, raw: Path = RAW, table: Path = TABLE) -> Path:
     """Write the published report into `to`, raw results to `raw`, recommendations to `table` and the league of engines
     beside it; return the page's path.
 
     Raises ValueError, and writes nothing into `to`, if the raw results or the table are too large, or if the results are
     of several machines or sources, which the table cannot name.
     """
-    made_by = found.run
-    told = _raw(found, raw) | {"environment": made_by}
-    contents = {name: path.read_bytes() for name, path in found.files.items()}
+    made_by = publication.run
+    exported = _raw(publication, raw) | {"environment": made_by}
+    contents = {name: path.read_bytes() for name, path in publication.files.items()}
     table.parent.mkdir(parents=True, exist_ok=True)
-    recommending.write_table(Run.read(found.results), table, found.files.get(OUTSIDE))
-    if engine_facts.FILE in found.files:
-        of_engines = sidecars.read(found.files[engine_facts.FILE])
+    recommending.write_table(Run.read(publication.results), table, publication.files.get(OUTSIDE))
+    if engine_facts.FILE in publication.files:
+        of_engines = sidecars.read(publication.files[engine_facts.FILE])
         study_file.write(engine_facts.reduce_to_installed(of_engines), table.with_name(engine_facts.FILE))
     to.mkdir(parents=True, exist_ok=True)
     for name, content in contents.items():
         diskcache.replace(to / name, content)
-    study_file.write(told, to / "raw.json")
-    diskcache.replace(to / "requirements.txt", requirements(found.installed, made_by).encode())
-    page = report.write_report(found.results, to, beside=(to,), figures=True)
+    study_file.write(exported, to / "raw.json")
+    diskcache.replace(to / "requirements.txt", requirements(publication.installed, made_by).encode())
+    page = report.write_report(publication.results, to, beside=(to,), figures=True)
     keep_figures_of_manifest(to / "figures")
-    older_ = {one.file for one in provenance.origins([to], made_by) if one.older}
-    files = {name: sidecars.read(to / name) for name in found.files if name not in older_}
-    numbers_ = numbers.of_publication(found.results, files)
+    older_ = {origin.file for origin in provenance.origins([to], made_by) if origin.older}
+    files = {name: sidecars.read(to / name) for name in publication.files if name not in older_}
+    numbers_ = numbers.of_publication(publication.results, files)
     publications.append(to / publications.FILE.name, publications.Entry(made_by, numbers_))
     return page
 
 
-def _raw(found: Found, raw: Path) -> dict[str, Any]:
+def _raw(publication: Found, raw: Path) -> dict[str, Any]:
     """Write the raw results; returns the command that does, and the size and hash of the file."""
     raw.parent.mkdir(parents=True, exist_ok=True)
-    store.export(found.results, raw, "parquet")
+    store.export(publication.results, raw, "parquet")
     content = raw.read_bytes()
     if len(content) > MOST_BYTES:
         raise ValueError(
@@ -143,7 +143,7 @@ def _raw(found: Found, raw: Path) -> dict[str, Any]:
         )
     return {
         "file": raw.name,
-        "command": f"gnomon export {_name_path(found.results)} --format parquet --out {_name_path(raw)}",
+        "command": f"gnomon export {_name_path(publication.results)} --format parquet --out {_name_path(raw)}",
         "columns": "gnomon export --schema",
         "bytes": len(content),
         "sha256": hashlib.sha256(content).hexdigest(),

@@ -20,8 +20,8 @@ LARGEST_DIGITS = 16.0
 def of_publication(database: Path, files: Mapping[str, Any]) -> dict[str, float]:
     """The numbers of a results file, and of the files beside it by their names."""
     frame = store.load(database)
-    found = dict(of_results(frame)) if len(frame) else {}
-    return {name: value for name, value in (found | dict(of_files(files))).items() if math.isfinite(value)}
+    of_run = dict(of_results(frame)) if len(frame) else {}
+    return {name: value for name, value in (of_run | dict(of_files(files))).items() if math.isfinite(value)}
 
 
 def of_results(frame: pd.DataFrame) -> Iterator[tuple[str, float]]:

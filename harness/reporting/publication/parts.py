@@ -137,32 +137,32 @@ class Place:
 
     def part(self, name: str) -> Part:
         """The part of this name. Raises ValueError for another name."""
-        found = {part.name: part for part in self.parts}
-        if name not in found:
-            raise ValueError(f"--part {name}: no part is called so; the parts are {', '.join(found)}")
-        return found[name]
+        by_name = {part.name: part for part in self.parts}
+        if name not in by_name:
+            raise ValueError(f"--part {name}: no part is called so; the parts are {', '.join(by_name)}")
+        return by_name[name]
 
     def others(self) -> list[Path]:
         """The folders of other sources or machines, the last one first."""
-        found = [one for one in self.root.glob("*-*") if one != self.folder and one.is_dir()]
-        return sorted(found, key=lambda one: one.stat().st_mtime, reverse=True)
+        folders = [folder for folder in self.root.glob("*-*") if folder != self.folder and folder.is_dir()]
+        return sorted(folders, key=lambda folder: folder.stat().st_mtime, reverse=True)
 
     def record(self, part: Part, folder: Path | None = None) -> dict[str, Any] | None:
         """What was recorded when a part was done in a folder, by default the present one; None if it is not done."""
-        found = self._read(part, folder or self.folder)
-        return found if found and found["done"] else None
+        record = self._read(part, folder or self.folder)
+        return record if record and record["done"] else None
 
     def spent(self, part: Part) -> float | None:
         """The seconds of all sittings of a part in the present folder; None without one."""
-        found = self._read(part, self.folder)
-        return float(found["seconds"]) if found else None
+        record = self._read(part, self.folder)
+        return float(record["seconds"]) if record else None
 
-    def add(self, part: Part, seconds: float, done: bool) -> None:
+    def add(self, part: Part, seconds: float, is_done: bool) -> None:
         """Record one more sitting of a part, and whether the part is done."""
-        found = {"environment": environment.record(), "installed": environment.list_installed(), "done": done}
-        found |= {"seconds": round((self.spent(part) or 0.0) + seconds)}
-        found |= {"commands": [line(one, self.folder) for one in part.commands]}
-        study_file.write(found, self._path(part, self.folder))
+        record = {"environment": environment.record(), "installed": environment.list_installed(), "done": is_done}
+        record |= {"seconds": round((self.spent(part) or 0.0) + seconds)}
+        record |= {"commands": [line(command, self.folder) for command in part.commands]}
+        study_file.write(record, self._path(part, self.folder))
 
     def _path(self, part: Part, folder: Path) -> Path:
         return folder / "done" / f"{part.name}.json"
@@ -177,11 +177,11 @@ class Place:
     def states(self) -> Iterator[State]:
         """The state of each part: done, begun, of other sources or another machine (older), or missing."""
         for part in self.parts:
-            done, spent = self.record(part), self.spent(part)
-            older = next(filter(None, (self.record(part, one) for one in self.others())), None)
+            finished, spent = self.record(part), self.spent(part)
+            older = next(filter(None, (self.record(part, folder) for folder in self.others())), None)
             known = older["seconds"] / 60 if older else part.minutes
-            if done is not None:
-                yield State(part, "done", known, done["environment"], done["seconds"] / 60)
+            if finished is not None:
+                yield State(part, "done", known, finished["environment"], finished["seconds"] / 60)
             elif spent is not None:
                 yield State(part, "begun", max(0.0, known - spent / 60), {}, spent / 60)
             else:
@@ -205,7 +205,7 @@ def ready() -> None:
         raise ValueError(
             f"revision {revision or 'unknown'}: commit the sources first; a published file names its revision"
         )
-    missing = sorted({one.library for one in lookup.everything().values() if lookup.missing(one) is not None})
+    missing = sorted({method.library for method in lookup.everything().values() if lookup.missing(method) is not None})
     if missing:
         raise ValueError(
             f"{', '.join(missing)}: not installed, but a publication compares all libraries of the README;"
@@ -221,18 +221,18 @@ def measure(part: Part, place: Place, ends: float | None = None) -> bool:
     """
     ready()
     place.folder.mkdir(parents=True, exist_ok=True)
-    began, done = time.monotonic(), False
+    began, is_done = time.monotonic(), False
     try:
-        done = all(_succeeds(part, command, place.folder, ends) for command in part.commands)
-        if done:
+        is_done = all(_succeeds(part, command, place.folder, ends) for command in part.commands)
+        if is_done:
             try:
                 whole.require(place.folder, part.name, part.files)
             except ValueError:
-                done = False
+                is_done = False
                 raise
     finally:
-        place.add(part, time.monotonic() - began, done)
-    return done
+        place.add(part, time.monotonic() - began, is_done)
+    return is_done
 
 
 def _succeeds(part: Part, command: str, folder: Path, ends: float | None) -> bool:

@@ -43,17 +43,17 @@ def require_whole(path: Path, subjects: Callable[[], Subjects] | None = None) ->
     if path.suffix == ".sqlite":
         require_finished(path)
         return
-    found = sidecars.read(path)
+    contents = sidecars.read(path)
     wanted = (subjects or all_subjects)().get(path.name) if path.name in KEYS else None
     if wanted is not None:
-        lacking = sorted(wanted - {tuple(row[key] for key in KEYS[path.name]) for row in found["rows"]})
+        lacking = sorted(wanted - {tuple(row[key] for key in KEYS[path.name]) for row in contents["rows"]})
         if lacking:
             some = ", ".join("/".join(subject) for subject in lacking[:3])
             raise ValueError(f"{path}: lacks {len(lacking)} of {len(wanted)} subjects ({some})")
     for key in UNEXPLAINED if path.name == "verification.json" else ():
-        if found.get(key):
+        if contents.get(key):
             raise ValueError(
-                f"{path}: {key}: {len(found[key])}; name their reasons in tests/detection, and measure again"
+                f"{path}: {key}: {len(contents[key])}; name their reasons in tests/detection, and measure again"
             )
 
 
@@ -69,8 +69,8 @@ def all_subjects() -> Subjects:
         },
         "stability.json": {(name, panel) for name in lookup.general() for panel in panels()},
         "engines.json": {
-            (one.id, scene)
-            for one in league.choose_shown(lookup.own().values())
+            (integrator.id, scene)
+            for integrator in league.choose_shown(lookup.own().values())
             for scene in SUITES["engines"].scope.cases
         },
     }
