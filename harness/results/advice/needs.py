@@ -315,11 +315,9 @@ class Measurements:
         calls = [point["calls"] for point in sweep]
         evaluations = crossing(held, calls, error)[0] if min(calls) > 0 else math.nan
         point = sweep[place]
+        name = parameter_name(integrator)
         setting = Setting(
-            integrator,
-            *problem,
-            *(point[key] for key in ("kind", "setting", "relative", "error")),
-            parameter_name(integrator),
+            integrator, *problem, point["kind"], point["setting"], point["relative"], point["error"], name
         )
         return _Reached(row["seconds"], row["null_share"], row["times"], evaluations, setting, sweep)
 
