@@ -56,8 +56,8 @@ def _(address: Any, count: Any) -> Any:
 
 
 def _write_call(address: Any, result: str, arguments: Any) -> str:
-    given = ", ".join(ir.convert(x, ir.kind_of(x)).typed for x in arguments)
-    return f"call {result} {_pointer(address)}({given})"
+    operands = ", ".join(ir.convert(x, ir.kind_of(x)).typed for x in arguments)
+    return f"call {result} {_pointer(address)}({operands})"
 
 
 @emission.primitive(run_at)
@@ -67,14 +67,14 @@ def _(address: Any, *arguments: Any) -> None:
 
 @emission.primitive(run_on)
 def _(address: Any, number: Any, *arrays: Any) -> None:
-    given = ", ".join([ir.convert(number, ir.REAL).typed, *(array.pointer.typed for array in arrays)])
-    ir.here().do(f"call void {_pointer(address)}({given})")
+    operands = ", ".join([ir.convert(number, ir.REAL).typed, *(array.pointer.typed for array in arrays)])
+    ir.here().do(f"call void {_pointer(address)}({operands})")
 
 
 @emission.primitive(result_at)
 def _(address: Any, *arguments: Any) -> Any:
-    found = ir.here().emit("i32", _write_call(address, "i32", arguments))
-    return ir.here().emit(ir.INTEGER, f"sext i32 {found} to i64")
+    status = ir.here().emit("i32", _write_call(address, "i32", arguments))
+    return ir.here().emit(ir.INTEGER, f"sext i32 {status} to i64")
 
 
 @cache

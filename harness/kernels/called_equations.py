@@ -32,10 +32,10 @@ class Called:
         """The values at a time and a state (n,), which the function may keep or change."""
         if self.failure is None:
             try:
-                found = np.asarray(self.function(t, state), dtype=np.float64).reshape(self.outputs)
+                values = np.asarray(self.function(t, state), dtype=np.float64).reshape(self.outputs)
                 if self.watch is not None:
-                    self.watch(t, state, found)
-                return found
+                    self.watch(t, state, values)
+                return values
             except BaseException as error:  # Ctrl-C too; `solve` raises it after the integration has ended
                 self.failure = error, t, state
         return np.full(self.outputs, np.nan)

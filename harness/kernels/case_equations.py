@@ -35,8 +35,8 @@ def formulas(case: Case) -> list[str] | None:
     lines: list[str] = []
     try:
         for mode, text in _equations(case):
-            found = plain(text, [f"{name}' =" for name in coordinates])
-            lines += [f"{mode}:", *(f"  {line}" for line in found)] if mode else found
+            equations = plain(text, [f"{name}' =" for name in coordinates])
+            lines += [f"{mode}:", *(f"  {line}" for line in equations)] if mode else equations
         for transition in case.hybrid.transitions if case.hybrid is not None else ():
             lines += _transition(transition, coordinates, parameters)
     except (ValueError, StopIteration):
@@ -50,5 +50,5 @@ def _transition(transition: forms.Transition, coordinates: list[str], parameters
     guard, *named = plain(function_text(transition.guard, coordinates, parameters), ["as"])
     yield f"{transition.name} ends {transition.mode}, {guard} {crosses} to 0"
     changes = plain(function_text(transition.reset, coordinates, parameters), [f"{name} ->" for name in coordinates])
-    kept = {f"{name} -> {name}" for name in coordinates}
-    yield from (f"  {line}" for line in (*named, *changes) if line not in kept)
+    unchanged = {f"{name} -> {name}" for name in coordinates}
+    yield from (f"  {line}" for line in (*named, *changes) if line not in unchanged)

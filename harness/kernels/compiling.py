@@ -46,5 +46,4 @@ def show(name: str) -> Iterator[None]:
 
 def cache_folder() -> Path:
     """The folder of kept machine code: under NUMBA_CACHE_DIR if that is set, else in the user's cache folder."""
-    root = os.environ.get("NUMBA_CACHE_DIR")
-    return Path(root or platformdirs.user_cache_dir("gnomon")) / "kernels"
+    return Path(os.environ.get("NUMBA_CACHE_DIR") or platformdirs.user_cache_dir("gnomon")) / "kernels"

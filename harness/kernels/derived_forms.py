@@ -49,18 +49,16 @@ def derive_forms(form: FirstOrder, dimension: int, parameters: int) -> DerivedFo
     places = [order.index(i) for i in range(dimension)]
     if order != tuple(range(dimension)):
         form = FirstOrder(write_function([values[i] for i in order], "equations", places))
-    found: list[Form] = [form]
+    forms: list[Form] = [form]
     lacking = lacking or _velocities_in(values, pairs, trace)
     if not lacking:
-        rates = [values[i] for i in pairs.values()]
-        second = SecondOrder(write_function(rates, "acceleration", places))
-        found = [second, form]
+        forms = [SecondOrder(write_function([values[i] for i in pairs.values()], "acceleration", places)), form]
     linear = _linear_part(values, trace, order, places, form)
-    found += [linear] if linear is not None else []
-    found.append(Hybrid((Mode(MODE, form.equations),), _only_mode, ()))
+    forms += [linear] if linear is not None else []
+    forms.append(Hybrid((Mode(MODE, form.equations),), _only_mode, ()))
     autonomous = all(node is not trace.t for node in list_reached(values))
     of_parameters = None if factors is None else _at_rest(factors[0], dimension)
-    return DerivedForms(tuple(found), order, autonomous, lacking, of_parameters)
+    return DerivedForms(tuple(forms), order, autonomous, lacking, of_parameters)
 
 
 def _momenta(values: Sequence[Any], trace: Trace) -> tuple[Callable[..., Any], dict[int, int]] | None:
@@ -68,14 +66,14 @@ def _momenta(values: Sequence[Any], trace: Trace) -> tuple[Callable[..., Any], d
 
     A momentum is a coordinate whose multiple, by a number or by parameters, is the rate of another one.
     """
-    places, found, pairs = {node: i for i, node in enumerate(trace.state)}, dict[int, Any](), dict[int, int]()
+    places, factors, pairs = {node: i for i, node in enumerate(trace.state)}, dict[int, Any](), dict[int, int]()
     for i, value in enumerate(values):
         for j, factor in _multiple(value, places):
-            if i != j and i not in found and j not in found and j not in pairs:
-                found[j], pairs[i] = factor, j
-    if not found or len(pairs) * 2 != len(values) or all(is_number(x, 1) for x in found.values()):
+            if i != j and i not in factors and j not in factors and j not in pairs:
+                factors[j], pairs[i] = factor, j
+    if not factors or len(pairs) * 2 != len(values) or all(is_number(x, 1) for x in factors.values()):
         return None
-    return write_function([found.get(j, 1) for j in range(len(values))], "factors"), pairs
+    return write_function([factors.get(j, 1) for j in range(len(values))], "factors"), pairs
 
 
 def _multiple(value: Any, places: dict[Node, int]) -> list[tuple[int, Any]]:
@@ -114,8 +112,8 @@ def _at_rest(function: Callable[..., Any], dimension: int) -> Callable[[Values],
     """A function of the parameters with the values of `function`, which does not depend on time and state."""
 
     def of_parameters(p: Values) -> Values:
-        found: Values = function(0.0, (0.0,) * dimension, p)
-        return found
+        values: Values = function(0.0, (0.0,) * dimension, p)
+        return values
 
     return of_parameters
 
@@ -145,12 +143,12 @@ def _positions(values: Sequence[Any], trace: Trace) -> tuple[dict[int, int], str
     places = {node: i for i, node in enumerate(trace.state)}
     rates = {i: places[value] for i, value in enumerate(values) if isinstance(value, Node) and value in places}
     pairs: dict[int, int] = {}
-    taken = set[int]()
+    velocities = set[int]()
     for i, j in rates.items():  # of a chain q' = v, v' = w the first pair counts
-        if i not in taken and j not in pairs and j not in taken and i != j:
+        if i not in velocities and j not in pairs and j not in velocities and i != j:
             pairs[i] = j
-            taken.add(j)
-    alone = [i for i in range(len(values)) if i not in pairs and i not in taken]
+            velocities.add(j)
+    alone = [i for i in range(len(values)) if i not in pairs and i not in velocities]
     if alone:
         return {}, f"y[{alone[0]}] is not a position whose rate is another coordinate, nor such a rate"
     return pairs, ""
@@ -176,8 +174,8 @@ def _linear_part(
     dimension = len(order)
     if len(trace.nodes) * dimension > MOST_SYMBOLS:
         return None
-    found = jacobian(values, trace.state)
-    rows = [found[i * dimension : (i + 1) * dimension] for i in range(dimension)]
+    derivatives = jacobian(values, trace.state)
+    rows = [derivatives[i * dimension : (i + 1) * dimension] for i in range(dimension)]
     constant = [[x if level(x) == RUN else 0 for x in row] for row in rows]
     if all(is_number(x, 0) for row in constant for x in row):
         return None

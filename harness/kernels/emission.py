@@ -51,18 +51,18 @@ def size_of(x: Any) -> Any:
 
 def largest(*values: Any) -> Any:
     """max: the later value only where it is greater, so that nan is kept as Python keeps it."""
-    found = values[0]
+    high = values[0]
     for x in values[1:]:
-        found = ir.select(ir.compare("gt", x, found), x, found) if is_symbolic(x, found) else max(found, x)
-    return found
+        high = ir.select(ir.compare("gt", x, high), x, high) if is_symbolic(x, high) else max(high, x)
+    return high
 
 
 def least(*values: Any) -> Any:
     """min"""
-    found = values[0]
+    low = values[0]
     for x in values[1:]:
-        found = ir.select(ir.compare("lt", x, found), x, found) if is_symbolic(x, found) else min(found, x)
-    return found
+        low = ir.select(ir.compare("lt", x, low), x, low) if is_symbolic(x, low) else min(low, x)
+    return low
 
 
 def integer(x: Any) -> Any:
@@ -97,10 +97,10 @@ def empty(shape: Any, dtype: Any = np.float64) -> Array:
 
 
 def zeros(shape: Any, dtype: Any = np.float64) -> Array:
-    found = empty(shape, dtype)
-    flat = Array(found.pointer, (found.size,), found.kind, found.pairs)
-    flat[:] = 0 if found.kind == INTEGER else 0.0
-    return found
+    array = empty(shape, dtype)
+    flat = Array(array.pointer, (array.size,), array.kind, array.pairs)
+    flat[:] = 0 if array.kind == INTEGER else 0.0
+    return array
 
 
 MATH: dict[str, Any] = {name: _function(name) for name in sorted(ir.INTRINSICS | ir.LIBRARY) if hasattr(math, name)} | {
@@ -221,9 +221,9 @@ def add_place(error: Exception, plain: Callable[..., Any]) -> Exception:
     file = plain.__code__.co_filename
     lines = [line for frame, line in traceback.walk_tb(error.__traceback__) if frame.f_code.co_filename == file]
     why = error if isinstance(error, Subset) else f"{type(error).__name__}: {error}"
-    found = Subset(f"{file}, line {lines[-1]}: {why}" if lines else str(why))
-    found.placed = bool(lines)
-    return found
+    refusal = Subset(f"{file}, line {lines[-1]}: {why}" if lines else str(why))
+    refusal.placed = bool(lines)
+    return refusal
 
 
 def allocates(function: Callable[..., Any]) -> bool:
@@ -233,15 +233,15 @@ def allocates(function: Callable[..., Any]) -> bool:
 
 def uses(function: Callable[..., Any]) -> dict[str, Any]:
     """The globals, the builtins and the variables of outer functions that a function uses, by name."""
-    found = {}
+    used = {}
     for name in _global_names(function.__code__):
         if name in function.__globals__:
-            found[name] = function.__globals__[name]
+            used[name] = function.__globals__[name]
         elif hasattr(builtins, name):
-            found[name] = getattr(builtins, name)
+            used[name] = getattr(builtins, name)
     for name, cell in zip(function.__code__.co_freevars, function.__closure__ or (), strict=True):
-        found[name] = cell.cell_contents
-    return found
+        used[name] = cell.cell_contents
+    return used
 
 
 @cache
@@ -341,6 +341,6 @@ def define(name: str, signature: str, body: Callable[..., Any], result: str = IN
         heads += [f"ptr %a{n}", *(size.typed for size in sizes)]
         arguments.append(Array(Value(ir.POINTER, f"%a{n}"), tuple(sizes), kind))
     with ir.Function(f"{{result}} @{name}({', '.join(heads)})") as f:
-        found = body(*arguments)
+        value = body(*arguments)
         f.result = result
-        f.do("ret void" if result == "void" else f"ret {convert(found, result).typed}")
+        f.do("ret void" if result == "void" else f"ret {convert(value, result).typed}")

@@ -34,8 +34,7 @@ def equation_text(form: Form, coordinates: Sequence[str], parameters: Sequence[s
 
     Sums and products keep the sequence of the case's own function. Raises ValueError for equations that branch.
     """
-    values = trace_form(form, Trace(len(coordinates), len(parameters)))
-    written = _write(values, coordinates, parameters)
+    written = _write(trace_form(form, Trace(len(coordinates), len(parameters))), coordinates, parameters)
     if isinstance(form, SecondOrder):
         return replace(written, derivatives=(*coordinates[len(coordinates) // 2 :], *written.derivatives))
     return written
@@ -56,8 +55,7 @@ def _write(values: Sequence[Value], coordinates: Sequence[str], parameters: Sequ
     names |= {f"y[{i}]": name for i, name in enumerate(coordinates)}
     names |= {f"p[{i}]": name for i, name in enumerate(parameters)}
     writer = _Writer(values, names)
-    derivatives = tuple(writer.text(value)[0] for value in values)
-    return EquationText(tuple(writer.where), derivatives)
+    return EquationText(tuple(writer.where), tuple(writer.text(value)[0] for value in values))
 
 
 class _Writer:
@@ -85,14 +83,14 @@ class _Writer:
             return self.written[value], ATOM
         if not value.arguments:
             return self.names[value.operation], ATOM
-        operation, found = value.operation, [self.text(x) for x in value.arguments]
+        operation, operands = value.operation, [self.text(x) for x in value.arguments]
         if operation not in _STRENGTH:
             name = "pow" if operation == "**" else operation
-            return f"{name}({', '.join(text for text, _ in found)})", ATOM
+            return f"{name}({', '.join(text for text, _ in operands)})", ATOM
         strength = _STRENGTH[operation]
         if operation == "neg":
-            return f"-{enclose(*found[0], strength + 1)}", strength
-        left, right = enclose(*found[0], strength), enclose(*found[1], strength + 1)
+            return f"-{enclose(*operands[0], strength + 1)}", strength
+        left, right = enclose(*operands[0], strength), enclose(*operands[1], strength + 1)
         return f"{left} {operation} {right if right[0] != '-' else f'({right})'}", strength
 
 

@@ -224,8 +224,8 @@ def function_kernel(
     sizes = states, parameters, outputs
     if isinstance(function, Called):
         return CalledKernel(function, sizes, counted)
-    found = _compile(function, sizes)
-    return found.counted() if counted else found
+    kernel = _compile(function, sizes)
+    return kernel.counted() if counted else kernel
 
 
 @cache_by_content
@@ -256,17 +256,17 @@ def check_values(function: Callable[..., Any], sizes: Sequence[int], wanted: int
     `sizes`: the numbers of values in p, or in y and p.
     """
     nan, name = math.nan, function.__name__
-    given = [*([nan] if len(sizes) > 1 else []), *((nan,) * size for size in sizes)]
+    arguments = [*([nan] if len(sizes) > 1 else []), *((nan,) * size for size in sizes)]
     try:
-        found = function(*given)
+        values = function(*arguments)
     except Exception as error:
         raise ValueError(
             f"{name}({'t, y, p' if len(sizes) > 1 else 'p'}) raises {type(error).__name__}: {error}"
         ) from error
-    if not isinstance(found, tuple):
-        raise ValueError(f"{name} gives a {type(found).__name__}; let it give a tuple of {wanted}")
-    if len(found) != wanted:
-        count = f"{len(found)} value{'' if len(found) == 1 else 's'}"
+    if not isinstance(values, tuple):
+        raise ValueError(f"{name} gives a {type(values).__name__}; let it give a tuple of {wanted}")
+    if len(values) != wanted:
+        count = f"{len(values)} value{'' if len(values) == 1 else 's'}"
         raise ValueError(f"{name} gives {count} where {wanted} {'is' if wanted == 1 else 'are'} wanted")
 
 

@@ -68,11 +68,11 @@ def formulas(text: EquationText) -> tuple[dict[str, Sum], list[Sum]]:
     lines = [line.split(" = ") for line in text.where]
     free = iter([name for name, _ in lines])
     for name, expression in lines:
-        found = read(expression, known)
-        if _size(found) > SHORT - (len(found) > 1):
+        value = read(expression, known)
+        if _size(value) > SHORT - (len(value) > 1):
             shown = next(free)
-            named[shown], found = found, _name(shown)
-        known[name] = found
+            named[shown], value = value, _name(shown)
+        known[name] = value
     return named, [read(expression, known) for expression in text.derivatives]
 
 
@@ -256,9 +256,9 @@ class Plain:
 
 def plain(text: EquationText, before: Sequence[str]) -> Iterator[str]:
     """Lines for a terminal: each expression after its text of `before`, as "y' =", then the values that have a name."""
-    named, found = formulas(text)
+    named, derivatives = formulas(text)
     notation = Plain()
-    for words, value in zip(before, found, strict=True):
+    for words, value in zip(before, derivatives, strict=True):
         yield f"{words} {write(value, notation)}"
     for name, value in named.items():
         yield f"  with {name} = {write(value, notation)}"

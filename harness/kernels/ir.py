@@ -52,9 +52,9 @@ class Module:
 
 
 def module() -> Module:
-    found: Module | None = getattr(_current, "module", None)
-    assert found is not None, "a symbolic value outside the emission of a module"
-    return found
+    emitted: Module | None = getattr(_current, "module", None)
+    assert emitted is not None, "a symbolic value outside the emission of a module"
+    return emitted
 
 
 def here() -> "Function":
@@ -316,14 +316,14 @@ def compare(how: str, a: Any, b: Any) -> Value:
 
 def power(base: Any, exponent: Any) -> Any:
     if isinstance(exponent, int) and not isinstance(exponent, bool):
-        found, square, left = None, base, abs(exponent)
+        product, square, left = None, base, abs(exponent)
         while left:
             if left & 1:
-                found = square if found is None else found * square
+                product = square if product is None else product * square
             left >>= 1
             if left:
                 square = square * square
-        return 1.0 if found is None else 1.0 / found if exponent < 0 else found
+        return 1.0 if product is None else 1.0 / product if exponent < 0 else product
     if kind_of(exponent) == INTEGER and kind_of(base) == INTEGER:
         if base == -1:
             return 1 - 2 * (exponent & 1)
@@ -573,10 +573,10 @@ def branch(condition: Any) -> Iterator[bool]:
     f = here()
     then, other, end = (f.name(hint) for hint in ("then", "else", "end"))
     f.do(f"br i1 {truth(condition)}, label %{then}, label %{other}")
-    for label, taken in ((then, True), (other, False)):
+    for label, is_then in ((then, True), (other, False)):
         f.at(label)
         f.depth += 1
-        yield taken
+        yield is_then
         f.depth -= 1
         f.go(end)
     f.at(end)
@@ -615,16 +615,16 @@ def _jump(label: str) -> None:
 
 def loop() -> Iterator[Loop]:
     """The body of a `while`, emitted once."""
-    one, f = Loop(), here()
-    f.go(one.head)
-    f.at(one.head)
+    labels, f = Loop(), here()
+    f.go(labels.head)
+    f.at(labels.head)
     f.depth += 1
-    yield one
+    yield labels
     f.depth -= 1
-    f.go(one.again)
-    f.at(one.again)
-    f.go(one.head)
-    f.at(one.exit)
+    f.go(labels.again)
+    f.at(labels.again)
+    f.go(labels.head)
+    f.at(labels.exit)
 
 
 class SymbolicRange:
@@ -649,20 +649,20 @@ def count_loop(indices: Any) -> Iterator[tuple[Loop, Any]]:
     if not isinstance(indices, range | SymbolicRange):
         raise Subset("break or continue in a loop that is not over a range")
     start, stop, step = indices.start, indices.stop, indices.step
-    place, one, f = Slot(INTEGER), Loop(), here()
+    place, labels, f = Slot(INTEGER), Loop(), here()
     place.store(start)
-    f.go(one.head)
-    f.at(one.head)
+    f.go(labels.head)
+    f.at(labels.head)
     f.depth += 1
     index = place.load()
-    one.check(compare("lt" if is_symbolic(step) or step > 0 else "gt", index, stop))
-    yield one, index
+    labels.check(compare("lt" if is_symbolic(step) or step > 0 else "gt", index, stop))
+    yield labels, index
     f.depth -= 1
-    f.go(one.again)
-    f.at(one.again)
+    f.go(labels.again)
+    f.at(labels.again)
     place.store(place.load() + step)
-    f.go(one.head)
-    f.at(one.exit)
+    f.go(labels.head)
+    f.at(labels.exit)
 
 
 MOST_TURNS, MOST_COPIES = 32, 150
@@ -700,10 +700,10 @@ class Exit:
 
 def leaving() -> Iterator[Exit]:
     """The body of a function that returns from within loops."""
-    one = Exit()
-    yield one
-    here().go(one.label)
-    here().at(one.label)
+    way_out = Exit()
+    yield way_out
+    here().go(way_out.label)
+    here().at(way_out.label)
 
 
 def either(a: Any, b: Callable[[], Any], conjunction: bool, guarded: bool) -> Any:
@@ -716,8 +716,8 @@ def either(a: Any, b: Callable[[], Any], conjunction: bool, guarded: bool) -> An
         return a & second if conjunction else a | second
     place = Slot(TRUTH)
     place.store(a)
-    for taken in branch(a):
-        if taken == conjunction:
+    for is_then in branch(a):
+        if is_then == conjunction:
             place.store(b())
     return place.load()
 
@@ -733,8 +733,8 @@ def choose(condition: Any, a: Callable[[], Any], b: Callable[[], Any], guarded: 
     if not guarded:
         return select(truth(condition), a(), b())
     frame = Frame()
-    for taken in branch(condition):
-        frame.value = (a if taken else b)()
+    for is_then in branch(condition):
+        frame.value = (a if is_then else b)()
     return frame.value
 
 
@@ -773,8 +773,7 @@ def rebuild(structure: Any, values: Iterator[Value]) -> Any:
         case "complex", real, imag:
             return Complex(rebuild(real, values), rebuild(imag, values))
         case "array", kind, pairs, sizes:
-            pointer = next(values)
-            return Array(pointer, tuple(rebuild(size, values) for size in sizes), kind, pairs)
+            return Array(next(values), tuple(rebuild(size, values) for size in sizes), kind, pairs)
         case "parts", holder, keys, held:
             return holder.again(keys, rebuild(held, values))
     return structure[2]
@@ -787,13 +786,13 @@ class Outlined:
         self.function, self.attributes, self.__name__ = function, attributes, function.__name__
 
     def __call__(self, *arguments: Any) -> Any:
-        given: list[Value] = []
-        structure = flatten(arguments, given)
+        operands: list[Value] = []
+        structure = flatten(arguments, operands)
         outlined, key = module().outlined, (self, structure)
         if key not in outlined:
-            outlined[key] = self._emitted(len(outlined), structure, given)
+            outlined[key] = self._emitted(len(outlined), structure, operands)
         name, result, returned, kinds, used = outlined[key]
-        call_ = f"call {result} @{name}({', '.join(given[n].typed for n in used)})"
+        call_ = f"call {result} @{name}({', '.join(operands[n].typed for n in used)})"
         if result == "void":
             here().do(call_)
             return rebuild(returned, iter(()))
@@ -804,11 +803,11 @@ class Outlined:
         return rebuild(returned, iter(list(parts)))
 
     def _emitted(
-        self, number: int, structure: Any, given: Sequence[Value]
+        self, number: int, structure: Any, operands: Sequence[Value]
     ) -> tuple[str, str, Any, list[str], list[int]]:
         """The name, the result, its structure and kinds, and the arguments that the function uses: records bring others."""
         name = f"{self.__name__}.{number}"
-        names = [Value(x.kind, f"%a{n}") for n, x in enumerate(given)]
+        names = [Value(x.kind, f"%a{n}") for n, x in enumerate(operands)]
         with Function("", self.attributes) as f:
             results: list[Value] = []
             returned = flatten(self.function(*rebuild(structure, iter(names))), results)
@@ -824,7 +823,7 @@ class Outlined:
                 for n, x in enumerate(results):
                     whole = f.emit(f.result, f"insertvalue {whole.typed}, {x.typed}, {n}")
                 f.do(f"ret {whole.typed}")
-        found = set(re.findall(r"%a\d+\b", "\n".join((*f.allocations, *f.lines))))
-        used = [n for n, x in enumerate(names) if x.text in found]
+        read = set(re.findall(r"%a\d+\b", "\n".join((*f.allocations, *f.lines))))
+        used = [n for n, x in enumerate(names) if x.text in read]
         f.head = f"internal {{result}} @{name}({', '.join(names[n].typed for n in used)})"
         return name, f.result, returned, kinds, used

@@ -111,8 +111,8 @@ class Latex:
 
     def quotient(self, above: Sequence[str], below: Sequence[str], alone: tuple[Sum | None, Sum | None]) -> str:
         up, down = (
-            self.product(texts) if one is None else write(one, self)
-            for texts, one in zip((above, below), alone, strict=True)
+            self.product(texts) if factor is None else write(factor, self)
+            for texts, factor in zip((above, below), alone, strict=True)
         )
         return rf"\frac{{{up}}}{{{down}}}"
 

@@ -93,14 +93,14 @@ def code(key: str, names: tuple[str, ...], emit: Callable[[], None]) -> Code:
     file = hashlib.sha256(f"{conditions()}\n{key}".encode()).hexdigest()[:32] + ".o"
     if file in _linked:
         return _linked[file]
-    kept = cachefolder.load(cache_folder(), file)
-    if kept is None:
+    binary = cachefolder.load(cache_folder(), file)
+    if binary is None:
         with announce():
             with ir.Module() as module:
                 emit()
-            kept = compile_ir(module.text())
-        cachefolder.store_or_warn(cache_folder(), file, kept)
-    return _linked.setdefault(file, Code(kept, names))
+            binary = compile_ir(module.text())
+        cachefolder.store_or_warn(cache_folder(), file, binary)
+    return _linked.setdefault(file, Code(binary, names))
 
 
 _linked: dict[str, Code] = {}
@@ -127,8 +127,8 @@ def _externals() -> dict[str, int]:
     table = ctypes.pythonapi.PyCapsule_GetPointer
     table.restype, table.argtypes = ctypes.c_void_p, [ctypes.py_object, ctypes.c_char_p]
     entries = ctypes.cast(table(multiarray._ARRAY_API, None), ctypes.POINTER(ctypes.c_void_p))
-    found = {name: ctypes.cast(getattr(ctypes.pythonapi, name), ctypes.c_void_p).value or 0 for name in PYTHON}
-    return found | {
+    addresses = {name: ctypes.cast(getattr(ctypes.pythonapi, name), ctypes.c_void_p).value or 0 for name in PYTHON}
+    return addresses | {
         "PyArray_New": entries[NEW_ARRAY] or 0, "gnomon_ndarray": id(np.ndarray), "gnomon_TypeError": id(TypeError),
         "gnomon_None": id(None),
     }  # fmt: skip
@@ -147,8 +147,8 @@ def callable_at(address: int, name: str, own: Any = None) -> Callable[..., Any]:
     """The function of Python for code at an address that takes (self, arguments, their number); self is `own`."""
     new = ctypes.pythonapi.PyCFunction_NewEx
     new.restype, new.argtypes = ctypes.py_object, [ctypes.c_void_p, ctypes.py_object, ctypes.c_void_p]
-    found: Callable[..., Any] = new(ctypes.addressof(_method(address, name)), own, None)
-    return found
+    entry: Callable[..., Any] = new(ctypes.addressof(_method(address, name)), own, None)
+    return entry
 
 
 @cache
@@ -173,15 +173,15 @@ def define_entry(
     threads of Python run during the call.
     """
     words = [*emission.parameters(signature)]
-    given = words[:-1] if returns else words
+    parameters = words[:-1] if returns else words
     with ir.Function(f"{{result}} @{name}(ptr %self, ptr %arguments, i64 %count)") as f:
         f.result = POINTER
         fail = f.name("fail")
-        _require(ir.compare("eq", Value(INTEGER, "%count"), len(given)), f"{len(given)} arguments are wanted")
+        _require(ir.compare("eq", Value(INTEGER, "%count"), len(parameters)), f"{len(parameters)} arguments are wanted")
         held = _load(POINTER, Value(POINTER, "%self"), DATA) if own else None
         passed = [_load(INTEGER, held, 8 * n) for n in range(own)] if held is not None else []
         least = iter(passed[1:])
-        for n, (kind, dimensions) in enumerate(given):
+        for n, (kind, dimensions) in enumerate(parameters):
             item = _load(POINTER, Value(POINTER, "%arguments"), 8 * n)
             if not dimensions:
                 passed = [*passed, _number(item, kind, fail)]
@@ -207,10 +207,10 @@ def define_entry(
             ir.module().declared["PyEval_RestoreThread"] = "declare void @PyEval_RestoreThread(ptr)"
             f.do(f"call void @PyEval_RestoreThread({thread.typed})")
         if value is None:
-            found = _none() if new is None else new
+            answer = _none() if new is None else new
         else:
-            found = ir.call("PyLong_FromLongLong" if result == INTEGER else "PyFloat_FromDouble", POINTER, value)
-        f.do(f"ret ptr {found}")
+            answer = ir.call("PyLong_FromLongLong" if result == INTEGER else "PyFloat_FromDouble", POINTER, value)
+        f.do(f"ret ptr {answer}")
         f.at(fail)
         f.do("ret ptr null")
 
@@ -251,14 +251,14 @@ def _require(condition: Value, message: str) -> None:
 def _number(item: Value, kind: str, fail: str) -> Value:
     f = ir.here()
     name, result, wrong = ("PyFloat_AsDouble", REAL, -1.0) if kind == REAL else ("PyLong_AsLongLong", INTEGER, -1)
-    found = ir.call(name, result, item)
-    for suspicious in ir.branch(ir.compare("eq", found, wrong)):
+    number = ir.call(name, result, item)
+    for suspicious in ir.branch(ir.compare("eq", number, wrong)):
         if suspicious:
             good = f.name("good")
             failed = ir.call("PyErr_Occurred", POINTER)
             f.do(f"br i1 {f.emit(TRUTH, f'icmp eq ptr {failed}, null')}, label %{good}, label %{fail}")
             f.at(good)
-    return ir.compare("ne", found, 0) if kind == TRUTH else found
+    return ir.compare("ne", number, 0) if kind == TRUTH else number
 
 
 def _array(item: Value, n: int, kind: str, dimensions: int) -> list[Value]:
@@ -288,15 +288,15 @@ def _new_array(size: Value, fail: str) -> Value:
     place = f.allocate(INTEGER)
     f.do(f"store i64 {size}, ptr {place}")
     ir.module().declared["PyArray_New"] = "declare ptr @PyArray_New(ptr, i32, ptr, i32, ptr, ptr, i32, i32, ptr)"
-    found = f.emit(
+    array = f.emit(
         POINTER,
         f"call ptr @PyArray_New(ptr {_symbol('gnomon_ndarray')}, i32 1, ptr {place}, i32 {NUMBERS[REAL]}, ptr null, ptr null, "
         "i32 0, i32 0, ptr null)",
     )
     good = f.name("good")
-    f.do(f"br i1 {f.emit(TRUTH, f'icmp eq ptr {found}, null')}, label %{fail}, label %{good}")
+    f.do(f"br i1 {f.emit(TRUTH, f'icmp eq ptr {array}, null')}, label %{fail}, label %{good}")
     f.at(good)
-    return found
+    return array
 
 
 def function(
@@ -310,10 +310,8 @@ def function(
     key = f"{signature} -> {result} {sorted(inlined)}\n{emission.fingerprint(plain, replaced)}"
 
     def emit() -> None:
-        translation = emission.Translation(replaced, inlined)
-        body = translation.inline(plain)
+        body = emission.Translation(replaced, inlined).inline(plain)
         emission.define("compiled", signature, lambda *values: body(*emission.gather(plain, values)), result)
         define_entry("entry", signature, "compiled", result)
 
-    found = code(key, ("entry",), emit)
-    return callable_at(found.addresses["entry"], plain.__name__)
+    return callable_at(code(key, ("entry",), emit).addresses["entry"], plain.__name__)

@@ -28,8 +28,8 @@ class ArraysOfObjects(types.ModuleType):
     """NumPy whose new arrays can hold symbols, so that a function may fill an array that it has made."""
 
     def __getattr__(self, name: str) -> Any:
-        found = getattr(np, name)
-        return partial(_of_objects, found) if name in ("empty", "zeros", "ones") else found
+        attribute = getattr(np, name)
+        return partial(_of_objects, attribute) if name in ("empty", "zeros", "ones") else attribute
 
 
 def _of_objects(make: Callable[..., Any], shape: Any, dtype: Any = None) -> Any:
@@ -51,8 +51,8 @@ def formulas(
     trace = Trace(states, parameters)
     try:
         with np.errstate(all="ignore"):
-            found = bound(on_symbols(function, trace))(trace.t, np.array(trace.state, dtype=object), trace.parameters)
-        values = np.asarray(found, dtype=object).reshape(outputs).tolist()
+            raw = bound(on_symbols(function, trace))(trace.t, np.array(trace.state, dtype=object), trace.parameters)
+        values = np.asarray(raw, dtype=object).reshape(outputs).tolist()
     except Exception as error:  # whatever a function raises that needs numbers
         raise NoFormulasError(f"{type(error).__name__}: {error}") from error
     nodes = sequence(values)
@@ -78,8 +78,8 @@ def on_symbols(function: Any, trace: Trace) -> Callable[..., Any]:
     if isinstance(function, types.FunctionType):
         return rebind(function, trace.functions | {"numpy": NUMPY})
     method = function.__call__
-    found: Callable[..., Any] = on_symbols(method, trace) if isinstance(method, types.MethodType) else function
-    return found
+    traced: Callable[..., Any] = on_symbols(method, trace) if isinstance(method, types.MethodType) else function
+    return traced
 
 
 def _text(nodes: Sequence[Node], values: Sequence[Value], places: Sequence[int] | None) -> tuple[tuple[str, ...], str]:
@@ -100,11 +100,11 @@ def _text(nodes: Sequence[Node], values: Sequence[Value], places: Sequence[int] 
                 place = int(node.operation[2:-1])
                 names[node] = f"state[{place if places is None else places[place]}]"
             continue
-        given = [word(x) for x in node.arguments]
+        operands = [word(x) for x in node.arguments]
         if node.operation in FUNCTIONS:
-            text = f"{node.operation}({', '.join(given)})"
+            text = f"{node.operation}({', '.join(operands)})"
         else:
-            text = f"-{given[0]}" if node.operation == "neg" else f"{given[0]} {node.operation} {given[1]}"
+            text = f"-{operands[0]}" if node.operation == "neg" else f"{operands[0]} {node.operation} {operands[1]}"
         names[node] = f"c{len(lines) + 1}"
         lines.append(f"{names[node]} = {text}")
     return tuple(lines), f"({', '.join(map(word, values))},)"

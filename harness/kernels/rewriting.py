@@ -106,9 +106,9 @@ def _rewritten(definition: ast.FunctionDef) -> ast.FunctionDef:
         None,
         [ast.Constant(None) for _ in definition.args.defaults],
     )
-    found = ast.FunctionDef(definition.name, plain, [*start, *new] or [ast.Pass()], [], None, None)
-    found.type_params = []  # type: ignore[attr-defined]  # which Python 3.12 requires
-    return ast.copy_location(found, definition)
+    rewritten = ast.FunctionDef(definition.name, plain, [*start, *new] or [ast.Pass()], [], None, None)
+    rewritten.type_params = []  # type: ignore[attr-defined]  # which Python 3.12 requires
+    return ast.copy_location(rewritten, definition)
 
 
 def _frame(name: str, context: ast.expr_context) -> ast.Attribute:
@@ -117,17 +117,17 @@ def _frame(name: str, context: ast.expr_context) -> ast.Attribute:
 
 def _fold_returns(statements: Sequence[ast.stmt]) -> list[ast.stmt]:
     """Replace each `return` by an assignment to the result, and move the statements after a branch that returns into `else`."""
-    for n, one in enumerate(statements):
-        if isinstance(one, ast.Return):
-            value = one.value or ast.Constant(None)
-            return [*statements[:n], ast.copy_location(ast.Assign([ast.Name(RESULT, ast.Store())], value), one)]
-        if isinstance(one, ast.If) and _has_return([one]):
+    for n, statement in enumerate(statements):
+        if isinstance(statement, ast.Return):
+            value = statement.value or ast.Constant(None)
+            return [*statements[:n], ast.copy_location(ast.Assign([ast.Name(RESULT, ast.Store())], value), statement)]
+        if isinstance(statement, ast.If) and _has_return([statement]):
             rest = list(statements[n + 1 :])
-            if not _returns(one.body) and not _returns(one.orelse) and rest:
-                raise Refusal(one, "a branch that returns in some cases only; let each branch return or none")
-            then = _fold_returns([*one.body, *([] if _returns(one.body) else rest)])
-            other = _fold_returns([*one.orelse, *([] if _returns(one.orelse) else rest)])
-            return [*statements[:n], ast.copy_location(ast.If(one.test, then, other), one)]
+            if not _returns(statement.body) and not _returns(statement.orelse) and rest:
+                raise Refusal(statement, "a branch that returns in some cases only; let each branch return or none")
+            then = _fold_returns([*statement.body, *([] if _returns(statement.body) else rest)])
+            other = _fold_returns([*statement.orelse, *([] if _returns(statement.orelse) else rest)])
+            return [*statements[:n], ast.copy_location(ast.If(statement.test, then, other), statement)]
     return [*statements, ast.Assign([ast.Name(RESULT, ast.Store())], ast.Constant(None))]
 
 
@@ -146,40 +146,40 @@ def _in_slots(body: Sequence[ast.stmt], arguments: Sequence[str]) -> set[str]:
     targets: dict[str, list[Path]] = {}
     clock = 0
 
-    def note(found: dict[str, list[tuple[Path, int]]], name: str, path: Path) -> None:
+    def note(accesses: dict[str, list[tuple[Path, int]]], name: str, path: Path) -> None:
         nonlocal clock
         clock += 1
-        found.setdefault(name, []).append((path, clock))
+        accesses.setdefault(name, []).append((path, clock))
 
     def expression(node: ast.AST, path: Path, hidden: frozenset[str] = frozenset()) -> None:
         if isinstance(node, ast.GeneratorExp | ast.ListComp):
-            hidden |= {x.id for one in node.generators for x in ast.walk(one.target) if isinstance(x, ast.Name)}
+            hidden |= {x.id for loop in node.generators for x in ast.walk(loop.target) if isinstance(x, ast.Name)}
         if isinstance(node, ast.Name) and node.id not in hidden:
             note(stores if isinstance(node.ctx, ast.Store) else loads, node.id, path)
         for child in ast.iter_child_nodes(node):
             expression(child, path, hidden)
 
     def suite(statements: Sequence[ast.stmt], path: Path) -> None:
-        for one in statements:
-            inner, other = (*path, (id(one), 0)), (*path, (id(one), 1))
-            if isinstance(one, ast.For):
-                expression(one.iter, path)
-                for name in (x.id for x in ast.walk(one.target) if isinstance(x, ast.Name)):
+        for statement in statements:
+            inner, other = (*path, (id(statement), 0)), (*path, (id(statement), 1))
+            if isinstance(statement, ast.For):
+                expression(statement.iter, path)
+                for name in (x.id for x in ast.walk(statement.target) if isinstance(x, ast.Name)):
                     targets.setdefault(name, []).append(inner)
-            elif isinstance(one, ast.If | ast.While):
-                expression(one.test, inner if isinstance(one, ast.While) else path)
-            if isinstance(one, ast.For | ast.While | ast.If):
-                suite(one.body, inner)
-                suite(one.orelse, other)
-            elif isinstance(one, ast.Assign | ast.AnnAssign | ast.AugAssign):
-                if one.value is not None:
-                    expression(one.value, path)
-                for target in one.targets if isinstance(one, ast.Assign) else [one.target]:
-                    if isinstance(one, ast.AugAssign) and isinstance(target, ast.Name):
+            elif isinstance(statement, ast.If | ast.While):
+                expression(statement.test, inner if isinstance(statement, ast.While) else path)
+            if isinstance(statement, ast.For | ast.While | ast.If):
+                suite(statement.body, inner)
+                suite(statement.orelse, other)
+            elif isinstance(statement, ast.Assign | ast.AnnAssign | ast.AugAssign):
+                if statement.value is not None:
+                    expression(statement.value, path)
+                for target in statement.targets if isinstance(statement, ast.Assign) else [statement.target]:
+                    if isinstance(statement, ast.AugAssign) and isinstance(target, ast.Name):
                         note(loads, target.id, path)
                     expression(target, path)
             else:
-                expression(one, path)
+                expression(statement, path)
 
     suite(body, ())
     for name, loops in targets.items():
@@ -188,15 +188,15 @@ def _in_slots(body: Sequence[ast.stmt], arguments: Sequence[str]) -> set[str]:
                 raise Refusal(body[0], f"{name} is the variable of a loop and is used outside it")
         if any(path for path, _ in stores.get(name, [])):
             raise Refusal(body[0], f"{name} is the variable of a loop and is assigned in it")
-    found = set()
+    slots = set()
     for name, places in stores.items():
         first, at = places[0]
         read = loads.get(name, [])
         straight = all(path == () for path, _ in places)
         once = len(places) == 1 and all(path[: len(first)] == first and when > at for path, when in read)
         if not (straight or once or name in targets):
-            found.add(name)
-    return found
+            slots.add(name)
+    return slots
 
 
 class Rewrite(ast.NodeTransformer):
@@ -210,23 +210,23 @@ class Rewrite(ast.NodeTransformer):
         return ast.Call(ast.Attribute(ast.Name(HELPERS, ast.Load()), name, ast.Load()), list(arguments), [])
 
     def suite(self, statements: Sequence[ast.stmt]) -> list[ast.stmt]:
-        found: list[ast.stmt] = []
-        for one in statements:
-            new = self.visit(one)
+        rewritten: list[ast.stmt] = []
+        for statement in statements:
+            new = self.visit(statement)
             for x in new if isinstance(new, list) else [new]:
-                found.append(ast.copy_location(x, one))
-        return found or [ast.Pass()]
+                rewritten.append(ast.copy_location(x, statement))
+        return rewritten or [ast.Pass()]
 
     def visit_Name(self, node: ast.Name) -> ast.expr:
         return ast.copy_location(_frame(node.id, node.ctx), node) if node.id in self.slots else node
 
     def visit_BoolOp(self, node: ast.BoolOp) -> ast.expr:
-        found: ast.expr
-        found, *rest = [self.visit(value) for value in node.values]
+        combined: ast.expr
+        combined, *rest = [self.visit(value) for value in node.values]
         for value, original in zip(rest, node.values[1:], strict=True):
             both = ast.Constant(isinstance(node.op, ast.And))
-            found = self.helper("either", found, _later(value), both, ast.Constant(_is_guarded(original)))
-        return ast.copy_location(found, node)
+            combined = self.helper("either", combined, _later(value), both, ast.Constant(_is_guarded(original)))
+        return ast.copy_location(combined, node)
 
     def visit_UnaryOp(self, node: ast.UnaryOp) -> ast.expr:
         self.generic_visit(node)
@@ -288,8 +288,7 @@ class Rewrite(ast.NodeTransformer):
             body = self.suite(node.body)
             new = ast.For(node.target, self.helper("iterate", values, ast.Constant(self.depth + 1)), body, [])
         else:
-            name = self._loop()
-            target = ast.Tuple([ast.Name(name, ast.Store()), node.target], ast.Store())
+            target = ast.Tuple([ast.Name(self._loop(), ast.Store()), node.target], ast.Store())
             new = ast.For(target, self.helper("count_loop", values), self.suite(node.body), [])
         self.depth = max(beside, self.depth + 1)
         self.loops.pop()
@@ -306,8 +305,8 @@ class Rewrite(ast.NodeTransformer):
         if not self.jumps:
             return node
         leave = ast.Expr(_method(EXIT, "leave"))
-        kept = [ast.Assign([_frame(RESULT, ast.Store())], node.value)] if node.value is not None else []
-        return [*kept, leave]
+        assignments = [ast.Assign([_frame(RESULT, ast.Store())], node.value)] if node.value is not None else []
+        return [*assignments, leave]
 
     def visit_Break(self, node: ast.Break) -> ast.stmt:
         return ast.Expr(_method(self.loops[-1] or "", "leave"))
@@ -331,10 +330,10 @@ def _is_guarded(node: ast.expr) -> bool:
 
 def _statements(suite: Sequence[ast.stmt], loops: bool = True) -> Iterator[ast.stmt]:
     """The statements of a suite and all nested statements; without `loops` not the statements inside loops."""
-    for one in suite:
-        yield one
-        if isinstance(one, ast.If) or (loops and isinstance(one, ast.For | ast.While)):
-            yield from _statements([*one.body, *one.orelse], loops)
+    for statement in suite:
+        yield statement
+        if isinstance(statement, ast.If) or (loops and isinstance(statement, ast.For | ast.While)):
+            yield from _statements([*statement.body, *statement.orelse], loops)
 
 
 def _has_return(suite: Sequence[ast.stmt]) -> bool:

@@ -33,25 +33,25 @@ def evaluate(
 
     The numbers may be of any type with arithmetic; `functions` gives its functions by their names in `math`.
     """
-    found, one = dict[Any, Any]({trace.t: t}), functions["sqrt"](1)
-    found |= zip(trace.parameters, p, strict=False)
-    found |= zip(trace.state, y, strict=False)
+    numbers, unit = dict[Any, Any]({trace.t: t}), functions["sqrt"](1)
+    numbers |= zip(trace.parameters, p, strict=False)
+    numbers |= zip(trace.state, y, strict=False)
     for node in nodes:
         if node.arguments:
             operation = OPERATORS.get(node.operation) or functions[node.operation]
-            given = [found[x] if isinstance(x, Node) else x for x in node.arguments]
+            operands = [numbers[x] if isinstance(x, Node) else x for x in node.arguments]
             if node.operation == "/" and not isinstance(node.arguments[0], Node):
-                given[0] *= one  # so that 1 / 3 is computed in the arithmetic
-            found[node] = operation(*given)
-    return found
+                operands[0] *= unit  # so that 1 / 3 is computed in the arithmetic
+            numbers[node] = operation(*operands)
+    return numbers
 
 
 def compute(
     values: Sequence[Value], trace: Trace, t: Any, y: Sequence[Any], p: Sequence[Any], functions: Mapping[str, Any]
 ) -> list[Any]:
     """The numbers that traced `values` are (see `evaluate`); each node is computed only once."""
-    found = evaluate(sequence(values), trace, t, y, p, functions)
-    return [found[x] if isinstance(x, Node) else x for x in values]
+    numbers = evaluate(sequence(values), trace, t, y, p, functions)
+    return [numbers[x] if isinstance(x, Node) else x for x in values]
 
 
 def derivatives(form: FirstOrder, trace: Trace, slopes: bool = False, by_time: bool = False) -> tuple[Value, ...]:
@@ -77,9 +77,9 @@ def derivatives_kernel(
         write(out, compute(values, trace, t, content(y), content(p), emission.MATH))
 
     key = f"derivatives {slopes} {by_time}\n{emission.fingerprint(form.equations)}"
-    found = Kernel(key, body, (dimension, parameters, dimension * (dimension + slopes + by_time)))
-    _ = found.code  # the equations are traced only if no code is kept
-    return found
+    kernel = Kernel(key, body, (dimension, parameters, dimension * (dimension + slopes + by_time)))
+    _ = kernel.code  # the equations are traced only if no code is kept
+    return kernel
 
 
 def derivatives_if_traced(

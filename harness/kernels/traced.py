@@ -200,17 +200,17 @@ def _right_hand_side(form: Form, t: Node, y: Values, p: Values, functions: dict[
 
 def list_reached(values: Iterable[Value]) -> list[Node]:
     """All nodes on which `values` depend, each after its arguments."""
-    found: dict[Node, None] = {}
+    reached: dict[Node, None] = {}
 
     def visit(value: Value) -> None:
-        if isinstance(value, Node) and value not in found:
+        if isinstance(value, Node) and value not in reached:
             for argument in value.arguments:
                 visit(argument)
-            found[value] = None
+            reached[value] = None
 
     for value in values:
         visit(value)
-    return list(found)
+    return list(reached)
 
 
 def sequence(values: Iterable[Value]) -> list[Node]:
