@@ -28,20 +28,20 @@ def load_compiled(
     parts = [machine.conditions().encode(), version.encode(), *(option.encode() for option in options)]
     parts += [part for name, source in files.items() for part in (name.encode(), source)]
     key = sha256(b"\0".join(parts)).hexdigest()[:32]
-    kept = cachefolder.load(cache_folder(), f"{key}.so")
+    binary = cachefolder.load(cache_folder(), f"{key}.so")
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / f"{library}.so"
-        if kept is None:
+        if binary is None:
             for name, source in files.items():
                 (Path(folder) / name).write_bytes(source)
             with announce():
                 command = [compiler, *options, *files, "-o", path.name]
-                done = subprocess.run(command, cwd=folder, capture_output=True, text=True)
-            if done.returncode:
-                raise ImportError(f"{library}: {compiler} cannot compile it: {done.stderr.strip()[:300]}")
+                completed = subprocess.run(command, cwd=folder, capture_output=True, text=True)
+            if completed.returncode:
+                raise ImportError(f"{library}: {compiler} cannot compile it: {completed.stderr.strip()[:300]}")
             cachefolder.store_or_warn(cache_folder(), f"{key}.so", path.read_bytes())
         else:
-            path.write_bytes(kept)
+            path.write_bytes(binary)
         try:
             return loader(str(path))
         except OSError as error:

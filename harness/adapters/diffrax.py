@@ -64,22 +64,22 @@ class Tsit5(Installed):
         sizes = problem.dimension, len(problem.times), len(problem.parameters)
         equations = problem.form.equations
         numbers = np.append(problem.t0, problem.times), problem.parameters, setting * np.array([1.0, self.atol_ratio])
-        one = compile_solver(self.name, equations, sizes)
+        single = compile_solver(self.name, equations, sizes)
         with jax.enable_x64(True):
-            given = jax.device_put(numbers)  # at each call JAX would convert them again
+            arguments = jax.device_put(numbers)  # at each call JAX would convert them again
 
         def solve(initial_states: Floats) -> Solution:
             many = len(initial_states) if len(initial_states) >= ENSEMBLE else 0
-            function = compile_solver(self.name, equations, sizes, many) if many else one
+            function = compile_solver(self.name, equations, sizes, many) if many else single
             states = np.empty((len(initial_states), len(problem.times), problem.dimension))
             steps, reasons = 0, []
             with jax.enable_x64(True):
                 for k, start in enumerate([initial_states] if many else initial_states):
-                    *arrays, result = function(start, *given)
-                    found, taken, right = map(np.asarray, arrays)  # NumPy's functions on arrays of JAX dispatch to JAX
-                    states[slice(None) if many else k] = found
-                    steps += int(taken.sum())
-                    failed = np.flatnonzero(~right)[:1]
+                    *arrays, result = function(start, *arguments)
+                    rows, counts, good = map(np.asarray, arrays)  # NumPy's functions on arrays of JAX dispatch to JAX
+                    states[slice(None) if many else k] = rows
+                    steps += int(counts.sum())
+                    failed = np.flatnonzero(~good)[:1]
                     reasons += [diffrax.RESULTS[jax.tree.map(lambda x, i=i: x.ravel()[i], result)] for i in failed]
             states[~np.isfinite(states)] = np.nan
             return Solution(states, steps, str(reasons[0]) if reasons else None)
@@ -119,11 +119,11 @@ def compile_solver(method: str, equations: Callable[..., Any], sizes: tuple[int,
 
     def solve(start: Any, grid: Any, parameters: Any, tolerance: Any) -> Any:
         controller = PIDController(rtol=tolerance[0], atol=tolerance[1])
-        found = diffeqsolve(
+        path = diffeqsolve(
             ODETerm(slope), solver, grid[0], grid[-1], None, start, parameters,
             saveat=SaveAt(ts=grid[1:]), stepsize_controller=controller, max_steps=STEPS, throw=False,
         )  # fmt: skip
-        return found.ys, found.stats["num_accepted_steps"], diffrax.is_successful(found.result), found.result
+        return path.ys, path.stats["num_accepted_steps"], diffrax.is_successful(path.result), path.result
 
     dimension, samples, parameters = sizes
     start = (ensemble, dimension) if ensemble else (dimension,)

@@ -21,42 +21,42 @@ def setting_lines(integrators: Mapping[str, Integrator], library: str, scenes: S
 
     Without the library the values are unknown, and `...` stands for them.
     """
-    every = [one for one in integrators.values() if isinstance(one, SceneIntegrator) and one.library == library]
-    ways = {one.name: one for one in every if one.policy == "configured"}
-    ran, found = set(), dict[str, set[tuple[str, str]]]()
-    for way, one in ways.items():
+    own = [x for x in integrators.values() if isinstance(x, SceneIntegrator) and x.library == library]
+    ways = {engine.name: engine for engine in own if engine.policy == "configured"}
+    ran, places = set(), dict[str, set[tuple[str, str]]]()
+    for way, engine in ways.items():
         for scene, (_, case) in scenes.items():
             try:
-                options = on_scene(one, case)
+                options = on_scene(engine, case)
             except ImportError:
-                return [line.format("...", upper="...") for line in one.lines.values()]
+                return [line.format("...", upper="...") for line in engine.lines.values()]
             if options is None:
                 continue
             ran.add((way, scene))
             for option, value in options.items():
-                found.setdefault(line_of(one, option, value), set()).add((way, scene))
+                places.setdefault(line_of(engine, option, value), set()).add((way, scene))
     groups = dict[str, list[str]]()
-    for line, where in sorted(found.items(), key=lambda item: -len(item[1])):
+    for line, where in sorted(places.items(), key=lambda item: -len(item[1])):
         groups.setdefault(_title(where, ran, scenes), []).append(line)
     return [line for title, lines in groups.items() for line in (f"# {title}", *lines)]
 
 
-def on_scene(one: SceneIntegrator, case: Case) -> dict[str, str] | None:
+def on_scene(engine: SceneIntegrator, case: Case) -> dict[str, str] | None:
     """The options that are recorded on a scene, with their values as code; None if the engine does not take the scene."""
-    if case.scene is None or one.unsupported(case.scene) is not None:
+    if case.scene is None or engine.unsupported(case.scene) is not None:
         return None
     try:
-        whole, half = record_options(one, case, DT), record_options(one, case, DT / 2)
+        whole, half = record_options(engine, case, DT), record_options(engine, case, DT / 2)
     except Refused:
         return None
     return {option: code(value, half[option], DT) for option, value in whole.items()}
 
 
-def record_options(one: SceneIntegrator, case: Case, dt: float) -> dict[str, Any]:
+def record_options(engine: SceneIntegrator, case: Case, dt: float) -> dict[str, Any]:
     """The options that are recorded once the scene is built."""
-    problem = problem_of(case.rounded(), one.accepts).since_start()
+    problem = problem_of(case.rounded(), engine.accepts).since_start()
     assert isinstance(problem.form, SceneForm)
-    world = one.world(problem.form, dt)
+    world = engine.world(problem.form, dt)
     try:
         world.build(problem.form.build((0.0,) * problem.dimension, tuple(map(float, problem.parameters))))
         return dict(world.options)
@@ -76,23 +76,23 @@ def code(whole: Any, half: Any, dt: float) -> str:
     return "..."
 
 
-def line_of(one: SceneIntegrator, option: str, value: str) -> str:
+def line_of(engine: SceneIntegrator, option: str, value: str) -> str:
     """The line for an option; what follows its name in brackets is said in a comment."""
     name, bracket, detail = option.partition(" (")
-    line = one.lines.get(name, f"# {name}: {{}}").format(value, upper=value.upper())
+    line = engine.lines.get(name, f"# {name}: {{}}").format(value, upper=value.upper())
     return f"{line}{bracket}{detail}" if "#" in line or not bracket else f"{line}  #{bracket}{detail}"
 
 
 def _title(where: set[tuple[str, str]], ran: set[tuple[str, str]], scenes: Scenes) -> str:
     """The methods and kinds of scenes that have a line; scenes by name if it is not all of a kind, "always" if it is all."""
     ways, own = {way for way, _ in where}, {scene for _, scene in where}
-    taken = {scene for way, scene in ran if way in ways}
+    known = {scene for way, scene in ran if way in ways}
     parts = [] if ways == {way for way, _ in ran} else [", ".join(sorted(ways))]
     kinds = dict.fromkeys(kind for name, (kind, _) in scenes.items() if name in own)
-    if own != taken:
+    if own != known:
         texts = []
         for kind in kinds:
-            all_of, some = ({n for n in names if scenes[n][0] == kind} for names in (taken, own))
+            all_of, some = ({n for n in names if scenes[n][0] == kind} for names in (known, own))
             texts.append(kind if all_of == some else f"{kind} ({', '.join(n for n in scenes if n in some)})")
         parts.append("; ".join(texts))
     return ": ".join(parts) or "always"

@@ -55,12 +55,12 @@ def partial(t: Any, y: Any, matrix: Any, by_time: Any, user: Any) -> int:
     """df/dy by rows, and df/dt, which the compiled derivatives have as a last column."""
     n, work = word_at(user, DIMENSION), word_at(user, WORK)
     run_at(word_at(user, JACOBIAN), t, y, word_at(user, PARAMETERS), work)
-    found, out, last = floats_at(work, n * (n + 1)), floats_at(matrix, n * n), floats_at(by_time, n)
+    derivatives, out, last = floats_at(work, n * (n + 1)), floats_at(matrix, n * n), floats_at(by_time, n)
     for i in range(n):
         for j in range(n):
-            out[n * i + j] = found[(n + 1) * i + j]
-        last[i] = found[(n + 1) * i + n]
-    return bad(found)
+            out[n * i + j] = derivatives[(n + 1) * i + j]
+        last[i] = derivatives[(n + 1) * i + n]
+    return bad(derivatives)
 
 
 def bad(out: Any) -> int:
@@ -147,7 +147,7 @@ class Stepper(Installed):
         evolution = ctypes.cast(driver, ctypes.POINTER(Driver)).contents.e.contents
         run = machine.function(follow, "int int int int float[1] float[1] float[2]")
         apply = ctypes.cast(c.gsl_odeiv2_driver_apply, ctypes.c_void_p).value
-        given = apply, driver, ctypes.addressof(reached), state.ctypes.data
+        arguments = apply, driver, ctypes.addressof(reached), state.ctypes.data
         times = np.ascontiguousarray(problem.times)
         close = weakref.finalize(system, c.gsl_odeiv2_driver_free, driver)
 
@@ -160,7 +160,7 @@ class Stepper(Installed):
                 raise RuntimeError("called after close; prepare again")
             state[:], reached.value = start, problem.t0
             c.gsl_odeiv2_driver_reset_hstart(driver, first_step)
-            code = run(*given, times, state, samples)
+            code = run(*arguments, times, state, samples)
             return evolution.count, f"{name_code(code)} at t = {reached.value:g}" if code else None
 
         return Solver(each_start(problem, solve_one), {"eps_rel": setting, "eps_abs": setting} | sizes, close=close)
@@ -219,8 +219,8 @@ def name_code(code: int) -> str:
     """The library's words for a return code."""
     if code == NOT_FINITE:
         return "a derivative is not finite"
-    found: bytes = interface()[0].gsl_strerror(code)
-    return found.decode()
+    words: bytes = interface()[0].gsl_strerror(code)
+    return words.decode()
 
 
 INTEGRATORS: tuple[type[Integrator], ...] = (Rkf45, Rk8pd, Msadams, Bsimp, Msbdf)

@@ -74,9 +74,9 @@ class Taylor(Installed):
             for start, samples in zip(initial_states, states, strict=True):
                 integrator.time = problem.t0
                 integrator.state[:] = start
-                outcome, _, _, taken, _, found = integrator.propagate_grid(grid, **limit)
-                samples[: len(found) - 1] = found[1:]
-                steps += taken
+                outcome, _, _, count, _, rows = integrator.propagate_grid(grid, **limit)
+                samples[: len(rows) - 1] = rows[1:]
+                steps += count
                 if outcome != finished:
                     stopped = f"{outcome} at t = {integrator.time:g}"
             return Solution(states, steps, stopped)
@@ -100,8 +100,8 @@ class Taylor(Installed):
                     batch.set_time(problem.t0)
                     # The last batch is filled up with its last trajectory.
                     batch.state[:] = here[np.minimum(np.arange(BATCH), len(here) - 1)].T
-                    _, found = batch.propagate_grid(many, **limit)
-                    states[first : first + BATCH] = np.moveaxis(found[1:], 2, 0)[: len(here)]
+                    _, rows = batch.propagate_grid(many, **limit)
+                    states[first : first + BATCH] = np.moveaxis(rows[1:], 2, 0)[: len(here)]
                     outcomes = batch.propagate_res[: len(here)]
                     steps += sum(accepted for _, _, _, accepted in outcomes)
                     stopped += [str(outcome) for outcome, *_ in outcomes if outcome != finished]
@@ -151,10 +151,10 @@ def system(problem: Problem, powers: bool) -> list[tuple[Any, Any]]:
         line = [frame.line for frame in frames if frame.filename not in (arithmetic.__file__, traced.__file__)][-1]
         raise Unsupported(f"heyoka has no expression for `{line}`: {type(error).__name__}: {error}") from None
     # A derivative may be a plain number, as for a clock or a constant force.
-    found = [dy if isinstance(dy, heyoka.expression) else heyoka.expression(float(dy)) for dy in derivatives]
+    expressions = [dy if isinstance(dy, heyoka.expression) else heyoka.expression(float(dy)) for dy in derivatives]
     if powers:
-        found = heyoka.subs(found, {1 / (u * root(u)): u**-1.5 for u in under_roots})
-    return list(zip(variables, found, strict=True))
+        expressions = heyoka.subs(expressions, {1 / (u * root(u)): u**-1.5 for u in under_roots})
+    return list(zip(variables, expressions, strict=True))
 
 
 def either(symbolic: Callable[..., Any], name: str) -> Callable[..., Any]:

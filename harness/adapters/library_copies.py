@@ -47,17 +47,17 @@ README_MARK = "<!-- `make libraries` writes the next line. -->\n"
 def page() -> str:
     """The page docs/libraries.md: a table of the libraries, how each is driven, and libraries that are left out."""
     rows = [
-        f"| {one.title} | `{one.name}:` | `{one.requirement}` | {_say_installed(one)} | {one.licence} |\n"
-        for one in LIBRARIES.values()
+        f"| {library.title} | `{library.name}:` | `{library.requirement}` | {_say_installed(library)} | {library.licence} |\n"
+        for library in LIBRARIES.values()
     ]
-    driven = [f"\n### {one.title}\n\n{one.driven.strip()}\n" for one in LIBRARIES.values() if one.driven]
-    absent = [f"| {one.title} | {one.reason} |\n" for one in ABSENT]
+    driven = [f"\n### {entry.title}\n\n{entry.driven.strip()}\n" for entry in LIBRARIES.values() if entry.driven]
+    absent = [f"| {library.title} | {library.reason} |\n" for library in ABSENT]
     return "".join([HEAD, *rows, DRIVEN_HEAD, *driven, ABSENT_HEAD, *absent])
 
 
 def readme(text: str) -> str:
     """The text of README with the names of the best-known integrators that do not take part."""
-    names = ", ".join(one.readme for one in ABSENT if one.readme)
+    names = ", ".join(library.readme for library in ABSENT if library.readme)
     line = f"[docs/libraries.md](docs/libraries.md) says why known integrators do not take part: {names} and others."
     return re.sub(rf"(?<={README_MARK}).*", line, text)
 
@@ -71,14 +71,14 @@ def _say_installed(library: Library) -> str:
 
 def project(text: str) -> str:
     """The text of PROJECT with the extras of the libraries, and with their names where mypy ignores missing types."""
-    lists = {"module": [f"{name}.*" for name, one in LIBRARIES.items() if not one.debian]}
+    lists = {"module": [f"{name}.*" for name, library in LIBRARIES.items() if not library.debian]}
     for library in LIBRARIES.values():
         if library.extra:
             lists.setdefault(library.extra, []).append(library.installs)
     for name, values in lists.items():
         line = f"{name} = {json.dumps(values)}"
-        text, found = re.subn(rf"(?<={MARK}){name} = \[.*\]", line, text)
-        if not found:  # a new extra
+        text, replaced = re.subn(rf"(?<={MARK}){name} = \[.*\]", line, text)
+        if not replaced:  # a new extra
             text = text.replace(EXTRAS, f"{EXTRAS}{MARK}{line}\n")
     return text
 

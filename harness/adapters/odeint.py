@@ -237,11 +237,11 @@ def interface() -> tuple[ctypes.CDLL, str]:
     compiler = shutil.which("c++")
     text = "#include <boost/version.hpp>\nBOOST_LIB_VERSION __VERSION__"
     asked = [f"{compiler}", "-E", "-P", "-x", "c++", "-"]
-    found = compiler and subprocess.run(asked, input=text, capture_output=True, text=True)
-    if not compiler or not found or found.returncode:
+    completed = compiler and subprocess.run(asked, input=text, capture_output=True, text=True)
+    if not compiler or not completed or completed.returncode:
         _ABSENT.append(not_installed("odeint"))
         raise ImportError(_ABSENT[0])
-    c = load_compiled("odeint", compiler, f"{found.stdout}", OPTIONS, {"odeint.cpp": SOURCE.encode()})
+    c = load_compiled("odeint", compiler, f"{completed.stdout}", OPTIONS, {"odeint.cpp": SOURCE.encode()})
     for name in ("dopri5", "fehlberg78", "bulirsch_stoer_", "rosenbrock4_"):
         c[name].restype, c[name].argtypes = ctypes.c_long, [ctypes.c_void_p]
     c.version.restype = ctypes.c_char_p

@@ -72,7 +72,7 @@ def follower(simulation: Any, ends: Floats, layout: Layout, by_steps: bool = Fal
     library = rebound.clibrebound
     advance = library.reb_simulation_steps if by_steps else library.reb_simulation_integrate
     called = [ctypes.cast(each, ctypes.c_void_p).value for each in (advance, library.reb_simulation_synchronize)]
-    given = *called, ctypes.addressof(simulation), *layout
+    arguments = *called, ctypes.addressof(simulation), *layout
     run = machine.function(
         follow,
         "int int int int int int float[1] float[3]",
@@ -81,7 +81,7 @@ def follower(simulation: Any, ends: Floats, layout: Layout, by_steps: bool = Fal
 
     def through(samples: Floats) -> str | None:
         with nullcontext() if by_steps else interrupt_kept():
-            status = run(*given, ends, samples)
+            status = run(*arguments, ends, samples)
         if status == INTERRUPTED:
             raise KeyboardInterrupt
         try:
@@ -104,8 +104,8 @@ def restarter(simulation: Any, engine: str, options: Mapping[str, float]) -> Cal
     name, place = engine.encode(), ctypes.byref(simulation)
     simulation.integrator = engine
     fields = simulation.integrator.callbacks.field_descriptor_list
-    found = [(fields.field_descriptor_for_name(option), value) for option, value in options.items()]
-    places = [(TYPES[field.dtype], field.offset, value) for field, value in found]
+    descriptors = [(fields.field_descriptor_for_name(option), value) for option, value in options.items()]
+    places = [(TYPES[field.dtype], field.offset, value) for field, value in descriptors]
 
     def restart() -> None:
         rebound.clibrebound.reb_simulation_set_integrator(place, name)

@@ -87,9 +87,9 @@ class Native(Installed):
             for start, path in zip(initial_states, paths, strict=True):
                 stopped = solve_one(start, path) or stopped
             # All samples are converted at once: a body's components are arrays (n, samples).
-            found = tuple(tuple(body) for body in paths.transpose(2, 3, 0, 1))
+            moved = tuple(tuple(body) for body in paths.transpose(2, 3, 0, 1))
             states = np.empty((count, samples, problem.dimension))
-            for i, component in enumerate(form.state(found)):
+            for i, component in enumerate(form.state(moved)):
                 states[:, :, i] = component
             return Solution(states, simulation.steps_done - before, stopped)
 

@@ -60,12 +60,12 @@ class SolveIvpEvents(SolveIvp):
                 problem.buffer[-1] += side.counted()
             return Solution(states, stopped=next((why for why, _ in runs if why), None), events=tuple(runs[0][1]))
 
-        given = {
+        settings = {
             option if option == "max_step" else f"{option} in {name}": value
             for name, side in sides.items()
             for option, value in record_options(side.options).items()
         }
-        return Solver(solve, record_options(options) | given)
+        return Solver(solve, record_options(options) | settings)
 
 
 class Side:
@@ -100,8 +100,8 @@ def is_free(mode: Mode, problem: Problem, buffer: Floats) -> bool:
     if kernel is None:
         return True
     states = np.random.default_rng(0).normal(size=(2, problem.dimension))
-    one, other = (kernel.array(problem.t0, y, buffer).reshape(2 * (problem.dimension,)) for y in states)
-    return np.array_equal(one, other) and not (one @ one).any()
+    first, second = (kernel.array(problem.t0, y, buffer).reshape(2 * (problem.dimension,)) for y in states)
+    return np.array_equal(first, second) and not (first @ first).any()
 
 
 class Guard:
@@ -147,7 +147,7 @@ def trajectory(
         for transition, guard in zip(side.transitions, side.guards, strict=True):
             set_latch(guard, side, t, y, transition is fired, bool(events), PROBE * problem.time_scale)
         try:
-            found = solve_ivp(
+            stretch = solve_ivp(
                 side.equations,
                 (t, times[-1]),
                 y,
@@ -159,17 +159,17 @@ def trajectory(
             if fired is None or not rapid:
                 raise
             return accumulation(form, fired, t), events  # by round-off: see the class
-        reached = len(found.t)
-        if reached:  # else found.y is an empty list
-            out[sample : sample + reached] = found.y.T
+        reached = len(stretch.t)
+        if reached:  # else stretch.y is an empty list
+            out[sample : sample + reached] = stretch.y.T
         sample += reached
-        if found.status < 0:
-            return str(found.message), events
-        if found.status == 0:
+        if stretch.status < 0:
+            return str(stretch.message), events
+        if stretch.status == 0:
             break
-        which = next(i for i, when in enumerate(found.t_events) if len(when))
+        which = next(i for i, when in enumerate(stretch.t_events) if len(when))
         fired = side.transitions[which]
-        t, there = float(found.t_events[which][0]), tuple(found.y_events[which][0].tolist())
+        t, there = float(stretch.t_events[which][0]), tuple(stretch.y_events[which][0].tolist())
         since = t - last.get(fired.name, -np.inf)
         rapid = rapid + 1 if since <= form.settle or since <= RAPID * max(1.0, abs(t)) else 0
         if rapid > MOST_RAPID // 10:  # each is a call of SciPy

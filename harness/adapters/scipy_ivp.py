@@ -90,20 +90,20 @@ class SolveIvp(Installed):
         def solve_one(start: Floats, samples: Floats) -> tuple[None, str | None]:
             if not np.isfinite(finite(problem.t0, start, buffer)).all():
                 return None, "the right-hand side is not finite at the start"
-            with warnings.catch_warnings(record=True) as said:
+            with warnings.catch_warnings(record=True) as caught:
                 warnings.simplefilter("always")
-                found = solve_ivp(function, (problem.t0, times[-1]), start, t_eval=times, **options)
-            reached = np.reshape(found.y, (problem.dimension, -1)).T  # found.y may be an empty list
+                solution = solve_ivp(function, (problem.t0, times[-1]), start, t_eval=times, **options)
+            reached = np.reshape(solution.y, (problem.dimension, -1)).T  # solution.y may be an empty list
             samples[: len(reached)] = reached
-            return None, None if found.success else reason(found.message, said)
+            return None, None if solution.success else reason(solution.message, caught)
 
         return Solver(each_start(problem, solve_one), record_options(options))
 
 
 def step_sizes(integrator: Integrator, longest: str = "max_step", first: str = "first_step") -> dict[str, float]:
     """The options of a library, by its names, for the limits of steps that an integrator has."""
-    found = {} if integrator.max_step == np.inf else {longest: integrator.max_step}
-    return found if integrator.first_step is None else found | {first: integrator.first_step}
+    limits = {} if integrator.max_step == np.inf else {longest: integrator.max_step}
+    return limits if integrator.first_step is None else limits | {first: integrator.first_step}
 
 
 def right_hand_side_of(problem: Problem) -> Function:
@@ -128,9 +128,9 @@ def record_options(options: Mapping[str, Any]) -> dict[str, Any]:
     return {name: "compiled" if callable(value) else value for name, value in options.items() if name != "method"}
 
 
-def reason(message: str, said: list[warnings.WarningMessage]) -> str:
+def reason(message: str, caught: list[warnings.WarningMessage]) -> str:
     """The reason for the stop of SciPy: its message, and the last warning, which has the cause for LSODA."""
-    return " ".join([message, *(str(entry.message) for entry in said[-1:])])
+    return " ".join([message, *(str(entry.message) for entry in caught[-1:])])
 
 
 class RK45(SolveIvp):

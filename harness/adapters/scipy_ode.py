@@ -64,8 +64,8 @@ class Ode(Installed):
                 warnings.simplefilter("ignore")  # the return code has the same information
                 for k, time in enumerate(times):
                     state = solver.integrate(time)
-                    taken = int(solver._integrator.iwork[self.accepted - 1])
-                    steps = taken if self.accumulates else steps + taken
+                    accepted = int(solver._integrator.iwork[self.accepted - 1])
+                    steps = accepted if self.accumulates else steps + accepted
                     if not solver.successful():
                         code = getattr(solver._integrator, "istate", 1)
                         return steps, f"{solver._integrator.messages.get(code, f'code {code}')} at t = {solver.t:g}"

@@ -75,12 +75,12 @@ class Odeint(Installed):
                 return 0, "the right-hand side is not finite at the start"
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")  # the message has the same information
-                found, facts = odeint(function, start, grid, tfirst=True, full_output=True, **options)
+                rows, facts = odeint(function, start, grid, tfirst=True, full_output=True, **options)
             if facts["message"] == SUCCESS:
-                samples[:] = found[1:]
+                samples[:] = rows[1:]
                 return int(facts["nst"][-1]), None
             reached = int(np.argmin(facts["tcur"] >= grid[1:]))
-            samples[:reached] = found[1 : reached + 1]
+            samples[:reached] = rows[1 : reached + 1]
             return int(facts["nst"][reached]), f"{facts['message']} at t = {facts['tcur'][reached]:g}"
 
         return Solver(each_start(problem, solve_one), record_options(options))

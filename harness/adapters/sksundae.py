@@ -77,11 +77,11 @@ class Binding(Sundials):
         times = np.insert(samples_alone, 1, between)
 
         def solve_one(start: Floats, samples: Floats) -> tuple[None, str | None]:
-            found = solve(times, start)
-            reached = int(np.count_nonzero(np.isin(times, found.t)))
-            rows = found.y[1 + len(between) : reached]
+            solution = solve(times, start)
+            reached = int(np.count_nonzero(np.isin(times, solution.t)))
+            rows = solution.y[1 + len(between) : reached]
             samples[: len(rows)] = rows
-            return None, None if found.success else f"{found.message} at t = {found.t[-1]:g}"
+            return None, None if solution.success else f"{solution.message} at t = {solution.t[-1]:g}"
 
         return Solver(each_start(problem, solve_one), options)
 

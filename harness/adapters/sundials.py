@@ -93,9 +93,9 @@ def slope(t: Any, y: Any, out: Any, user: Any) -> int:
 def residual(t: Any, y: Any, slope: Any, out: Any, user: Any) -> int:
     """The equations of IDA, y' - f."""
     evaluate(EQUATIONS, t, y, out, user)
-    left, given = numbers(out, word_at(user, DIMENSION)), numbers(slope, word_at(user, DIMENSION))
+    left, slopes = numbers(out, word_at(user, DIMENSION)), numbers(slope, word_at(user, DIMENSION))
     for i in range(left.size):
-        left[i] = given[i] - left[i]
+        left[i] = slopes[i] - left[i]
     return bad(left)
 
 
@@ -453,7 +453,7 @@ def load_functions(libraries: Sequence[ctypes.CDLL], signatures: Mapping[str, st
     """The functions of shared libraries that have these names, with their types, and the version of SUNDIALS."""
     functions = {}
     for name, signature in signatures.items():
-        function = next((getattr(one, name) for one in libraries if hasattr(one, name)), None)
+        function = next((getattr(library, name) for library in libraries if hasattr(library, name)), None)
         if function is None:
             continue
         result, _, arguments = signature.partition(" ")

@@ -45,12 +45,12 @@ SIZE = 0
 def stabilise(t: Any, y: Any, slope: Any, out: Any, user: Any) -> int:
     """The equations of IDA: the compiled function takes variables and slopes in one array."""
     both = np.empty(2 * SIZE)
-    given, rates, found = numbers(y, SIZE), numbers(slope, SIZE), numbers(out, SIZE)
+    state, rates, residuals = numbers(y, SIZE), numbers(slope, SIZE), numbers(out, SIZE)
     for i in range(SIZE):
-        both[i] = given[i]
+        both[i] = state[i]
         both[SIZE + i] = rates[i]
-    run_on(word_at(user, EQUATIONS), t, both, floats_at(word_at(user, PARAMETERS), 1), found)
-    return bad(found)
+    run_on(word_at(user, EQUATIONS), t, both, floats_at(word_at(user, PARAMETERS), 1), residuals)
+    return bad(residuals)
 
 
 def residual_of(form: Constrained, n: int, m: int) -> Equations:
@@ -125,18 +125,18 @@ class IdaOnConstraints(Native):
         session.create_memory()
         session.user[EQUATIONS] = kernel.address
         functions = c_functions(((stabilise, "float int int int int"),), (("DATA", DATA), ("SIZE", size)))
-        t0, y, state, given = problem.t0, session.y, session.state, problem.parameters
+        t0, y, state, parameters = problem.t0, session.y, session.state, problem.parameters
         session.set("Init", functions[stabilise.__name__], t0, y, slopes)
         session.set("SetId", marks)
         session.set("SetSuppressAlg", 1)
         session.set("SetLinearSolver", *dense)
 
         def restart() -> None:
-            found = begin(t0, state[: 2 * n].copy(), given)
+            begun = begin(t0, state[: 2 * n].copy(), parameters)
             slope[:] = 0.0
-            slope[: 2 * n] = found[: 2 * n]
-            state[2 * n : 2 * n + m], state[2 * n + m : 2 * n + 2 * m] = found[2 * n : 2 * n + m], 0.0
-            state[2 * n + 2 * m :] = found[2 * n + m :]
+            slope[: 2 * n] = begun[: 2 * n]
+            state[2 * n : 2 * n + m], state[2 * n + m : 2 * n + 2 * m] = begun[2 * n : 2 * n + m], 0.0
+            state[2 * n + 2 * m :] = begun[2 * n + m :]
             session.set("ReInit", t0, y, slopes)
 
         options = {"formulation": "Gear, Gupta, Leimkuhler", "suppressalg": True}

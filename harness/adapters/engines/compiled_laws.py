@@ -126,9 +126,9 @@ class Loads:
         for name, motion, load in zip(laws.bodies, motions, loads, strict=True):
             y, out = motion.data, load.data
             self.parts[name] = y[:3], y[3:6], y[6:9], y[9:], out[:3], out[3:]
-        given, found = motions.ravel(), loads.ravel()
-        self._values = found.data
-        self._compute: Callable[[float], None] = lambda t: pointer(t, given, numbers, found)
+        inputs, outputs = motions.ravel(), loads.ravel()
+        self._values = outputs.data
+        self._compute: Callable[[float], None] = lambda t: pointer(t, inputs, numbers, outputs)
 
     def update(self, t: float) -> None:
         """Compute the loads at time t. Raises FloatingPointError at a singularity: an engine may ignore such a force."""

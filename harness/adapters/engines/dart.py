@@ -115,8 +115,8 @@ class World(Built):
             for _ in range(steps):
                 step()
         else:
-            for done in range(self.steps, self.steps + steps):
-                self.push(done * self.dt)
+            for number in range(self.steps, self.steps + steps):
+                self.push(number * self.dt)
                 step()
         self.steps += steps
 

@@ -129,15 +129,15 @@ class Built:
     def _jointed(self, joint: Hinge | Slider) -> Any:
         if joint.parent:
             self._add(next(body for body in self.scene.bodies if body.name == joint.parent))
-        made, node = self._node("Revolute" if isinstance(joint, Hinge) else "Prismatic", self.nodes.get(joint.parent))
-        made.setAxis(joint.axis)
-        made.setTransformFromParentBodyNode(self._pose(joint.anchor))
+        axle, node = self._node("Revolute" if isinstance(joint, Hinge) else "Prismatic", self.nodes.get(joint.parent))
+        axle.setAxis(joint.axis)
+        axle.setTransformFromParentBodyNode(self._pose(joint.anchor))
         if isinstance(joint, Hinge):
-            made.setTransformFromChildBodyNode(self._pose(along(ORIGIN, joint.arm, -1.0)))
-            made.setCoulombFriction(0, joint.friction)
+            axle.setTransformFromChildBodyNode(self._pose(along(ORIGIN, joint.arm, -1.0)))
+            axle.setCoulombFriction(0, joint.friction)
         elif joint.drive is not None:
-            self._drive(made, joint.drive)
-        self.joints[joint.name] = made
+            self._drive(axle, joint.drive)
+        self.joints[joint.name] = axle
         return node
 
     def _drive(self, joint: Any, place: Callable[[float], float]) -> None:
@@ -215,9 +215,9 @@ class Built:
             self._shape(ground, shapes.PlaneShape(contact.normal, 0.0), rest, contact.friction)
 
     def _shape(self, node: Any, shape: Any, restitution: float, friction: float) -> Any:
-        made = node.createShapeNode(shape)
-        made.createCollisionAspect()
-        made.createDynamicsAspect()
-        made.getDynamicsAspect().setRestitutionCoeff(restitution)
-        made.getDynamicsAspect().setFrictionCoeff(friction)
-        return made
+        patch = node.createShapeNode(shape)
+        patch.createCollisionAspect()
+        patch.createDynamicsAspect()
+        patch.getDynamicsAspect().setRestitutionCoeff(restitution)
+        patch.getDynamicsAspect().setFrictionCoeff(friction)
+        return patch

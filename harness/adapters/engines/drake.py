@@ -125,8 +125,7 @@ class ControlledRun(SceneRun):
     def _solve(self, initial_states: Floats) -> Solution:
         world: Any = self.world
         before = world.taken
-        found = super()._solve(initial_states)
-        return replace(found, steps=world.taken - before)
+        return replace(super()._solve(initial_states), steps=world.taken - before)
 
 
 class DrakeBogackiShampine3(DrakeControlled):

@@ -92,11 +92,11 @@ def moment(torque: Torque) -> tuple[str, tuple[Vector, ...], list[str]]:
         q = [dice.gauss(0, 1) for _ in range(4)]
         size = hypot(*q)
         attitude = (q[0] / size, q[1] / size, q[2] / size, q[3] / size)
-        found = law(t, attitude, turn_axes(attitude, rates))
-        bound = 1e-12 * max(map(abs, found))
+        value = law(t, attitude, turn_axes(attitude, rates))
+        bound = 1e-12 * max(map(abs, value))
 
-        def same(other: Vector, found: Vector = found, bound: float = bound) -> bool:
-            return all(abs(a - b) <= bound for a, b in zip(found, other, strict=True))
+        def same(other: Vector, value: Vector = value, bound: float = bound) -> bool:
+            return all(abs(a - b) <= bound for a, b in zip(value, other, strict=True))
 
         in_body = in_body and same(turn_axes(attitude, law(t, IDENTITY, rates)))
         in_space = in_space and same(law(t, IDENTITY, ORIGIN))

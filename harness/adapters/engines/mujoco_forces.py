@@ -53,19 +53,19 @@ def passive(model: Any, data: Any) -> int:
 
 
 def copy(source: Any, target: Any, size: int) -> None:
-    given, taken = floats_at(source, size), floats_at(target, size)
+    numbers, places = floats_at(source, size), floats_at(target, size)
     for i in range(size):
-        taken[i] = given[i]
+        places[i] = numbers[i]
 
 
 def time_function(
     laws: Sequence[Law], driven: Callable[[Law, Any], Sequence[Any]]
 ) -> Callable[[float], Sequence[float]]:
     """The function of time that computes the numbers `driven(law, t)` of all laws, compiled if they can be traced."""
-    found = compile_laws(Scene((0.0, 0.0, 0.0), ()), laws, driven)
-    if found is None:
+    compiled = compile_laws(Scene((0.0, 0.0, 0.0), ()), laws, driven)
+    if compiled is None:
         return lambda t: [value for law in laws for value in driven(law, t)]
-    array, numbers, nothing = found.kernel.array, found.numbers, np.zeros(0)
+    array, numbers, nothing = compiled.kernel.array, compiled.numbers, np.zeros(0)
     return lambda t: array(t, nothing, numbers).tolist()  # type: ignore[no-any-return]
 
 
@@ -93,8 +93,8 @@ def functions(mujoco: Any) -> tuple[int, ...]:
     """The addresses of the functions of MuJoCo that the forces call."""
     (file,) = (path for path in Path(mujoco.__file__).parent.glob("*mujoco.*") if path.suffix != ".lib")
     library = ctypes.CDLL(str(file))
-    found = library.mj_objectVelocity, library.mj_applyFT
-    return tuple(ctypes.cast(each, ctypes.c_void_p).value or 0 for each in found)
+    called = library.mj_objectVelocity, library.mj_applyFT
+    return tuple(ctypes.cast(each, ctypes.c_void_p).value or 0 for each in called)
 
 
 @cache

@@ -131,8 +131,7 @@ class Model:
             more = friction if joint.friction else ""
             return along(joint.anchor, joint.arm, 1.0), f'<joint name="{body.name}" type="hinge" {axis} {more}/>'
         if kind == "slides":
-            slides = (f'<joint type="slide" axis="{numbers(*axis)}"/>' for axis in AXES)
-            return ORIGIN, "".join(slides)
+            return ORIGIN, "".join(f'<joint type="slide" axis="{numbers(*axis)}"/>' for axis in AXES)
         return ORIGIN, '<joint type="ball" pos="0 0 -1"/>' if kind == "ball" else "<freejoint/>"
 
     def _geoms(self, body: Body) -> str:

@@ -122,13 +122,13 @@ class Assembly:
         self.light = min(self.light, 1 / yields, *(i for i in inertia if i))
         if joint is None:
             self.parts[body.name].ball = True
-            made = self.builder.add_joint_ball(at, number, **ends)
+            added = self.builder.add_joint_ball(at, number, **ends)
         else:
             hinge = isinstance(joint, Hinge)
             add = self.builder.add_joint_revolute if hinge else self.builder.add_joint_prismatic
-            made = add(at, number, axis=self.warp.vec3(*axis), **ends)
+            added = add(at, number, axis=self.warp.vec3(*axis), **ends)
         self._indexed(self.parts[body.name])
-        return int(made)
+        return int(added)
 
     def _free(self, body: Body, joint: Hinge | Slider | None = None) -> Part:
         """A body with six degrees of freedom; the attitude of a point is of no interest. Or one that is driven."""

@@ -136,11 +136,11 @@ class World:
 
     def advance(self, steps: int) -> None:
         pushed = bool(self.scene.forces or self.scene.torques or self.scene.impulses)
-        for done in range(self.steps, self.steps + steps):
+        for step in range(self.steps, self.steps + steps):
             if self.driven:
-                self._drive(self.states[0], done * self.dt)
+                self._drive(self.states[0], step * self.dt)
             if pushed:
-                self._push(self.states[0], done * self.dt)
+                self._push(self.states[0], step * self.dt)
             self.warp.capture_launch(self.graphs[0])
             self.states.reverse()
             self.graphs.reverse()

@@ -86,9 +86,9 @@ class Built:
         kind = self.api.Body.DYNAMIC
         if isinstance(joint, Slider) and joint.drive and not joint.parent:
             kind = self.api.Body.KINEMATIC
-        made = self.api.Body(mass, moment or inf, kind)
-        self.space.add(made)
-        return Part(made, tip)
+        solid = self.api.Body(mass, moment or inf, kind)
+        self.space.add(solid)
+        return Part(solid, tip)
 
     def _join(self, joint: Hinge | Slider) -> None:
         """The joint of a body to its parent, or to the static body."""
@@ -172,15 +172,15 @@ class Built:
 
     def _shape(self, body: Body, restitution: float, friction: float) -> Any:
         """The shape of a body, made once: a circle, a box, or for a thin rod a segment."""
-        made = self.parts[body.name].body
-        if made.shapes:
-            return next(iter(made.shapes))
+        solid = self.parts[body.name].body
+        if solid.shapes:
+            return next(iter(solid.shapes))
         if body.half_extents is not None:
             a, b = self.plane.flat(body.half_extents)
             corners = [(a, b), (-a, b), (-a, -b), (a, -b)]
-            shape = self.api.Poly(made, corners) if a and b else self.api.Segment(made, (-a, -b), (a, b), 0.0)
+            shape = self.api.Poly(solid, corners) if a and b else self.api.Segment(solid, (-a, -b), (a, b), 0.0)
         elif body.radius is not None:
-            shape = self.api.Circle(made, body.radius)
+            shape = self.api.Circle(solid, body.radius)
         else:
             raise Refused("points without a radius do not touch")
         shape.elasticity, shape.friction = restitution, friction
@@ -189,5 +189,5 @@ class Built:
 
     def _stick(self, arbiter: Any, space: Any, data: Any) -> None:
         """A joint at the first contact, as in Chipmunk's own example of sticky surfaces."""
-        one, two = (shape.body for shape in arbiter.shapes)
-        space.add_post_step_callback(lambda *_: self._add(self.api.PivotJoint(one, two, tuple(one.position))), one)
+        a, b = (shape.body for shape in arbiter.shapes)
+        space.add_post_step_callback(lambda *_: self._add(self.api.PivotJoint(a, b, tuple(a.position))), a)

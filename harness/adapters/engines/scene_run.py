@@ -137,10 +137,10 @@ class SceneRun(Solver):
 
     def _follow(self, scene: Scene, rows: Floats) -> None:
         self.world.place(scene)
-        done = 0
+        reached = 0
         for row, count in zip(rows, self.counts, strict=True):
-            self.world.advance(count - done)
-            done = count
+            self.world.advance(count - reached)
+            reached = count
             row[:] = self.form.observe(self.world.read(), self.parameters)
 
 

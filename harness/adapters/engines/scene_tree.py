@@ -25,13 +25,13 @@ def branches(scene: Scene) -> Iterator[Branch]:
     """The joints of a scene in the order of its trees. Raises ValueError if joints carry one another in a circle."""
     carrier = {joint.body: joint for joint in scene.joints}
     arms = {joint.name: joint.arm if isinstance(joint, Hinge) else ORIGIN for joint in scene.joints}
-    waiting, done = list(scene.joints), set[str]()
+    waiting, joined = list(scene.joints), set[str]()
     while waiting:
-        joint = next((each for each in waiting if not each.parent or carrier[each.parent].name in done), None)
+        joint = next((each for each in waiting if not each.parent or carrier[each.parent].name in joined), None)
         if joint is None:
             raise ValueError(f"the joints {', '.join(each.name for each in waiting)} carry one another in a circle")
         waiting.remove(joint)
-        done.add(joint.name)
+        joined.add(joint.name)
         before = carrier[joint.parent].name if joint.parent else ""
         place = along(arms[before], joint.anchor, 1.0) if before else joint.anchor
         yield Branch(joint, before, place, arms[joint.name])

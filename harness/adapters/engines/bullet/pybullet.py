@@ -195,12 +195,12 @@ class StaggeredRun(SceneRun):
         start = self.trial.read()
         self.trial.advance(1)
         self.world.place(back_up(scene, start, self.trial.read()))
-        done = 0
+        reached = 0
         for row, count in zip(rows, self.counts, strict=True):
-            self.world.advance(count - done)
+            self.world.advance(count - reached)
             readings = self.world.read()
             self.world.advance(1)
-            done = count + 1
+            reached = count + 1
             row[:] = self.form.observe(with_mean_rates(readings, self.world.read()), self.parameters)
 
 

@@ -64,7 +64,7 @@ def _solve(world: World, scene: Scene) -> dict[str, float]:
     motions = {body: motion() for body, motion in world.carriers.items()}
     pushes = [(body, force) for body, force, _ in forces_at(scene, 0.0, lambda body: motions[body][::2])]  # type: ignore[arg-type,return-value]
     turns = list(torques_at(scene, 0.0, lambda body: motions[body][1::2]))  # type: ignore[arg-type,return-value]
-    found: dict[str, float] = {}
+    accelerations: dict[str, float] = {}
     for number, group in groupby(world.jointed.items(), key=lambda entry: entry[1][0]):
         names = [name for name, _ in group]
         states = [world.joint_state(number, index)[:2] for index in range(len(names))]
@@ -76,8 +76,8 @@ def _solve(world: World, scene: Scene) -> dict[str, float]:
             world.call("resetJointState", number, index, place, rate)
         load -= world.call("calculateInverseDynamics", number, places, rates, [0.0] * len(names))
         matrix: Floats = np.array(world.call("calculateMassMatrix", number, places))
-        found |= dict(zip(names, np.linalg.solve(matrix, load).tolist(), strict=True))
-    return found
+        accelerations |= dict(zip(names, np.linalg.solve(matrix, load).tolist(), strict=True))
+    return accelerations
 
 
 def _power(

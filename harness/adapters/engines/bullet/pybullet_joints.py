@@ -96,11 +96,11 @@ class Multibody:
     def gear(self, index: int, other: "Multibody", other_index: int, ratio: float) -> None:
         """A constraint at each step: rate of one link + `ratio` times the rate of another is zero."""
         call = self.world.call
-        made = call(
+        constraint = call(
             "createConstraint", self.number, index, other.number, other_index, self.world.api.JOINT_GEAR,
             (0, 0, 1), ORIGIN, ORIGIN,
         )  # fmt: skip
-        call("changeConstraint", made, gearRatio=ratio, maxForce=FIRM)
+        call("changeConstraint", constraint, gearRatio=ratio, maxForce=FIRM)
         self.world.record({"gearForce": FIRM})
 
     def driven(self, index: int, position: Callable[[float], float] | None = None) -> Callable[[float], None]:

@@ -57,8 +57,7 @@ def adhesive(world: Any, number: int, plane: int) -> Callable[[float], None]:
         if stuck or not any(point[9] > 0 for point in world.call("getContactPoints", number, plane)):
             return
         position, attitude = world.pose(number)
-        kind = world.api.JOINT_FIXED
-        arguments = (number, -1, -1, -1, kind, ORIGIN, ORIGIN, position, IDENTITY, attitude)
+        arguments = (number, -1, -1, -1, world.api.JOINT_FIXED, ORIGIN, ORIGIN, position, IDENTITY, attitude)
         stuck.append(world.call("createConstraint", *arguments))
 
     return stick

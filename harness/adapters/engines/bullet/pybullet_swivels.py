@@ -149,27 +149,27 @@ def on_ropes(world: Any, scene: Scene) -> tuple[dict[str, Pointer], list[Callabl
     """
     bodies = {body.name: body for body in scene.bodies}
     smooth = {contact.body: contact.normal for contact in scene.contacts}
-    found: dict[str, Pointer] = {}
+    by_body: dict[str, Pointer] = {}
     chores: list[Callable[[float], None]] = []
     for rope in scene.ropes:
         line = rope.axis if rope.inertia else None
         pointer = Pointer(world, bodies[rope.body], rope.hole, normal=smooth.get(rope.body), line=line)
-        found[rope.body] = pointer
+        by_body[rope.body] = pointer
         chores.append(pointer.keep)
         if not rope.other:
             chores.append(pointer.multibody.driven(pointer.end, rope.length))
             continue
-        other = found[rope.other] = Pointer(world, bodies[rope.other], rope.hole, line=rope.axis)
+        other = by_body[rope.other] = Pointer(world, bodies[rope.other], rope.hole, line=rope.axis)
         _join(world, rope, pointer, other)
-    return found, chores
+    return by_body, chores
 
 
-def _join(world: Any, rope: Rope, one: Pointer, two: Pointer) -> None:
+def _join(world: Any, rope: Rope, first: Pointer, second: Pointer) -> None:
     if not rope.inertia:
-        one.multibody.gear(one.end, two.multibody, two.end, 1.0)
+        first.multibody.gear(first.end, second.multibody, second.end, 1.0)
         return
     moment = rope.inertia
     wheel = Multibody(world, [Link(AXES[1], mass=1.0, inertia=(moment, moment, moment))], rope.hole)
-    one.wheel = wheel
-    wheel.gear(0, one.multibody, one.end, -1.0)
-    wheel.gear(0, two.multibody, two.end, 1.0)
+    first.wheel = wheel
+    wheel.gear(0, first.multibody, first.end, -1.0)
+    wheel.gear(0, second.multibody, second.end, 1.0)

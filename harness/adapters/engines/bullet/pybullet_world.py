@@ -230,9 +230,9 @@ class World:
             self.call("resetBaseVelocity", *twist)
 
     def advance(self, steps: int) -> None:
-        for done in range(self.steps, self.steps + steps):
+        for step in range(self.steps, self.steps + steps):
             for chore in self.chores:
-                chore(done * self.dt)
+                chore(step * self.dt)
             self._step()
         self.steps += steps
 

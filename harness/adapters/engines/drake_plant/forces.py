@@ -66,12 +66,12 @@ def _part(world: Any, scene: Scene, name: str, state: Any) -> tuple[list[Any], M
     joint = next(each for each in scene.joints if each.body == name)
     if joint.parent:
         raise ValueError(f"{joint.parent} moves and carries {name}")
-    made, axis = world.joints[joint.name], joint.axis
-    q, rate = state[made.position_start()], state[velocities + made.velocity_start()]
+    hinge, axis = world.joints[joint.name], joint.axis
+    q, rate = state[hinge.position_start()], state[velocities + hinge.velocity_start()]
     if not isinstance(joint, Hinge):
         place, velocity = along(joint.anchor, axis, q), [rate * x for x in axis]
         return [0.0] * 3 + [*velocity, *place, 1.0, 0.0, 0.0, 0.0], {
-            made.velocity_start(): lambda load: dot(axis, load[:3])
+            hinge.velocity_start(): lambda load: dot(axis, load[:3])
         }
     cos, sin = world.api.cos, world.api.sin
     rest = along((0.0, 0.0, 0.0), axis, dot(axis, joint.arm))
@@ -81,5 +81,5 @@ def _part(world: Any, scene: Scene, name: str, state: Any) -> tuple[list[Any], M
     attitude = [cos(q / 2), *(x * sin(q / 2) for x in axis)]
     place = along(joint.anchor, arm, 1.0)
     return [*turn, *cross(turn, arm), *place, *attitude], {
-        made.velocity_start(): lambda load: dot(axis, cross(arm, load[:3])) + dot(axis, load[3:])
+        hinge.velocity_start(): lambda load: dot(axis, cross(arm, load[:3])) + dot(axis, load[3:])
     }

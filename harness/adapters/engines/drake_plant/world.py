@@ -224,8 +224,8 @@ class World:
     def _jacobian(self, body: str) -> Floats:
         """Angular velocity and velocity of a body for each of the plant's velocities."""
         world, frame, kind = self.plant.world_frame(), self.bodies[body].body_frame(), self.api.JacobianWrtVariable.kV
-        found: Floats = self.plant.CalcJacobianSpatialVelocity(self.context, kind, frame, np.zeros(3), world, world)
-        return found
+        jacobian: Floats = self.plant.CalcJacobianSpatialVelocity(self.context, kind, frame, np.zeros(3), world, world)
+        return jacobian
 
     def read(self) -> Readings:
         plant, context = self.plant, self.context
