@@ -91,8 +91,8 @@ def count_agreed_in_states(case: Case, pairs: Iterable[tuple[Sequence[Any], Sequ
     with working(4 * DIGITS) as mp:
         return count_agreed_digits(
             (mp.mpf(a) - mp.mpf(b), size)
-            for one, other in pairs
-            for a, b, size in zip(one, other, sizes(case), strict=True)
+            for first, second in pairs
+            for a, b, size in zip(first, second, sizes(case), strict=True)
         )
 
 

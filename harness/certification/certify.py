@@ -77,8 +77,8 @@ def certify(case: Case) -> Certificate:
     times = _random_times(case)
     ways = {"rounding": rounding(case, times)}
     if case.hybrid is not None:
-        found = flight_ways(case, case.hybrid)
-        ways |= found | {"residual": min(start(case), found["residual"])}
+        flights = flight_ways(case, case.hybrid)
+        ways |= flights | {"residual": min(start(case), flights["residual"])}
         return Certificate(case.name, case.variant or "default", ways, case.certified_digits)
     equations = agreement.first_order_equations(case)
     ways["residual"] = min(start(case), *(agreement.residual(case, equations, t) for t in times))
@@ -139,17 +139,17 @@ def _integrate(case: Case) -> dict[str, float]:
     times = [case.span * k / TAYLOR_STOPS for k in range(1, TAYLOR_STOPS + 1)]
     field = agreement.series_field(agreement.first_order_equations(case), case.parameter_values())
     if case.certified_digits >= agreement.REQUIRED:
-        way, found = "taylor", integrate(field, case.initial_state, times, agreement.DIGITS + 20)
+        way, states = "taylor", integrate(field, case.initial_state, times, agreement.DIGITS + 20)
     else:
         step = exact(case.fastest_time / 4).limit_denominator(10**6)
         motion = case.motion()
         # Each step's error grows as any other does: a chaotic motion would keep half of the digits.
         lost = 1 + math.ceil(motion.growth(case.span)) if isinstance(motion, CertifiedMotion) else 0
-        way, found = (
+        way, states = (
             "extrapolation",
             extrapolate(field, case.initial_state, times, agreement.find_asked_digits(case) + lost, step),
         )
-    return {way: agreement.against(case, dict(zip(times, found, strict=True)))}
+    return {way: agreement.against(case, dict(zip(times, states, strict=True)))}
 
 
 def ball_digits(case: Case, times: Sequence[Fraction]) -> float | None:

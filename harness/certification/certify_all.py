@@ -20,18 +20,18 @@ def subjects(named: Sequence[str], variants: bool) -> list[Subject]:
 
     With `variants`, a name without a variant means all its variants too. Raises ValueError for an unknown name.
     """
-    found: list[Subject] = []
+    chosen: list[Subject] = []
     for name in named or (*cases.names(), *cases.check_names()):
         base, slash, variant = name.partition("/")
         kind = cases.check_class(base) if base in cases.check_names() else cases.case_class(base)
         if slash:
-            found.append((base, None if variant == "default" else variant))
-            kind._variant(found[-1][1])
+            chosen.append((base, None if variant == "default" else variant))
+            kind._variant(chosen[-1][1])
             continue
-        found.append((base, None))
+        chosen.append((base, None))
         if variants:
-            found += [(base, known.name) for known in kind.variants]
-    return found
+            chosen += [(base, known.name) for known in kind.variants]
+    return chosen
 
 
 def certificates(chosen: Sequence[Subject], workers: int = 1) -> Iterator[Certificate]:
@@ -39,11 +39,11 @@ def certificates(chosen: Sequence[Subject], workers: int = 1) -> Iterator[Certif
     if workers == 1 or len(chosen) == 1:
         yield from map(certificate, chosen)
         return
-    coming, made = calls(certificate, chosen, workers, "spawn"), dict[Subject, Any]()
+    coming, ready = calls(certificate, chosen, workers, "spawn"), dict[Subject, Any]()
     for subject in chosen:
-        while subject not in made:
-            made.update([next(coming)])
-        yield require(made[subject])
+        while subject not in ready:
+            ready.update([next(coming)])
+        yield require(ready[subject])
 
 
 def certificate(subject: Subject) -> Certificate:
@@ -52,9 +52,9 @@ def certificate(subject: Subject) -> Certificate:
     begin = time.process_time()
     try:
         if name in cases.check_names():
-            made: Certificate = certify_check(cases.get_check(name, variant))
+            record: Certificate = certify_check(cases.get_check(name, variant))
         else:
-            made = certify(cases.get(name, variant))
+            record = certify(cases.get(name, variant))
     except ArithmeticError as failure:
-        made = Certificate(name, variant or "default", {}, note=f"{type(failure).__name__}: {failure}")
-    return replace(made, seconds=round(time.process_time() - begin, 2))
+        record = Certificate(name, variant or "default", {}, note=f"{type(failure).__name__}: {failure}")
+    return replace(record, seconds=round(time.process_time() - begin, 2))

@@ -68,12 +68,12 @@ def _flight_taylor(case: Case, flight: _Flight) -> float:
     start = [exact(x) for x in flight.start]
     values = (*case.parameter_values(), *map(Fraction, flight.mode.constants))
     field = series_field(flight.mode.equations, values, flight.begin)
-    found = integrate(field, start, [flight.end - flight.begin], DIGITS + 20)[0]
+    landing = integrate(field, start, [flight.end - flight.begin], DIGITS + 20)[0]
     if flight.ended is None:
-        return against(case, {flight.end: found})
+        return against(case, {flight.end: landing})
     event, transition = flight.ended
     with working(3 * DIGITS) as mp:
         at = mp.mpf(flight.end), tuple(map(mp.mpf, event.before)), tuple(map(mp.mpf, case.parameter_values()))
         guard, reset = (rebind(f, mpmath_arithmetic(mp))(*at) for f in (transition.guard, transition.reset))
-        states = count_agreed_in_states(case, [(event.before, found), (reset, event.after)])
+        states = count_agreed_in_states(case, [(event.before, landing), (reset, event.after)])
         return min(states, count_agreed_digits([(guard[0], max(sizes(case)))]))

@@ -42,8 +42,7 @@ def window(case: Case, begin: Fraction) -> float:
     begin = min(begin, case.span - width)
     start = [exact(x) for x in case.exact(begin, 2 * agreement.DIGITS)]
     field = agreement.series_field(agreement.first_order_equations(case), case.parameter_values(), begin)
-    found = integrate(field, start, [width], agreement.DIGITS + 20)
-    return agreement.against(case, {begin + width: found[0]})
+    return agreement.against(case, {begin + width: integrate(field, start, [width], agreement.DIGITS + 20)[0]})
 
 
 def group(case: Case) -> float | None:
@@ -72,14 +71,14 @@ def seams(case: Case) -> float | None:
     width = _width(case)
     times = [case.span - width * k / GRID for k in range(GRID + 1, 0, -1)]
     marks = [_marks(case, t, 20) for t in times]
-    found = []
+    crossings = []
     for index in range(GRID, 0, -1):
         changed = [k for k, (a, b) in enumerate(zip(marks[index - 1], marks[index], strict=True)) if a * b < 0]
-        found += [_crossing(case, times[index - 1], times[index], k) for k in changed]
-        if len(found) >= SEAMS:
+        crossings += [_crossing(case, times[index - 1], times[index], k) for k in changed]
+        if len(crossings) >= SEAMS:
             break
     equations = agreement.first_order_equations(case)
-    return min((agreement.residual(case, equations, t) for t in found), default=None)
+    return min((agreement.residual(case, equations, t) for t in crossings), default=None)
 
 
 def _marks(case: Case, t: Fraction, digits: int) -> list[Any]:

@@ -117,11 +117,11 @@ def _begin(top: Any, functions: Jacobi, roots: tuple[Any, Any, Any]) -> Values:
 def _real_roots(cubic: Any) -> tuple[Any, Any, Any]:
     """The three real roots, ascending; nan if more bits are needed to separate them."""
     try:
-        found = sorted((_newton(cubic, x.real) for x in cubic.complex_roots()), key=lambda x: float(x.mid()))
+        roots = sorted((_newton(cubic, x.real) for x in cubic.complex_roots()), key=lambda x: float(x.mid()))
     except ValueError:
-        found = []
-    if len(found) == 3 and all(bool(x < y) for x, y in pairwise(found)):
-        return found[0], found[1], found[2]
+        roots = []
+    if len(roots) == 3 and all(bool(x < y) for x, y in pairwise(roots)):
+        return roots[0], roots[1], roots[2]
     return flint.arb.nan(), flint.arb.nan(), flint.arb.nan()
 
 

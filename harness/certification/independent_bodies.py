@@ -49,8 +49,8 @@ def action_quad(p: Numbers) -> Quantities:
 @independent("solve_ivp", "scipy", "capstan_belt")
 def belt_ivp(p: Numbers) -> Quantities:
     """scipy.integrate.solve_ivp, RK45 at rtol 1e-10, of dT/dphi = mu T around the pulley, and of the normal force."""
-    found = integrate.solve_ivp(
+    solution = integrate.solve_ivp(
         lambda phi, y: [p["mu"] * y[0], y[0]], (0.0, p["beta"]), [p["slack"], 0.0], rtol=1e-10, atol=1e-10 * p["slack"]
     )
-    tight, pressing = (float(x) for x in found.y[:, -1])
+    tight, pressing = (float(x) for x in solution.y[:, -1])
     return {"tight": tight, "ratio": tight / p["slack"], "torque": (tight - p["slack"]) * p["r"], "pressing": pressing}

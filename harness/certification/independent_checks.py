@@ -29,10 +29,10 @@ COLUMNS = ("check", "variant", "computation", "library", "quantity", "error", "s
 
 SUBJECTS = ("inertia", "bodies", "rigid", "fields", "frames", "particles")
 COMPUTATIONS = tuple(
-    one
+    item
     for subject in SUBJECTS
-    for one in vars(importlib.import_module(f"gnomon.harness.certification.independent_{subject}")).values()
-    if isinstance(one, IndependentComputation)
+    for item in vars(importlib.import_module(f"gnomon.harness.certification.independent_{subject}")).values()
+    if isinstance(item, IndependentComputation)
 )
 
 
@@ -58,11 +58,11 @@ def run_checks(
 
 def everything() -> list[Check]:
     """All checks, each with all its variants."""
-    found = []
+    checks = []
     for name in check_names():
         default = get_check(name)
-        found += [default, *(get_check(name, variant.name) for variant in default.variants)]
-    return found
+        checks += [default, *(get_check(name, variant.name) for variant in default.variants)]
+    return checks
 
 
 def write(rows: Iterable[Mapping[str, Any]], path: Path) -> None:
@@ -73,9 +73,9 @@ def write(rows: Iterable[Mapping[str, Any]], path: Path) -> None:
 def _measure(check: Check, computation: IndependentComputation, repeats: int) -> list[tuple[Any, ...]]:
     subject = check.name, check.variant or "default", computation.name, computation.library
 
-    def row(*found: Any, status: Status = Status.OK, reason: str = "") -> tuple[Any, ...]:
-        """Values of COLUMNS; `found` holds quantity, error and seconds, or is empty."""
-        return (*subject, *(found or ("", None, None)), status, reason)
+    def row(*measured: Any, status: Status = Status.OK, reason: str = "") -> tuple[Any, ...]:
+        """Values of COLUMNS; `measured` holds quantity, error and seconds, or is empty."""
+        return (*subject, *(measured or ("", None, None)), status, reason)
 
     if importlib.util.find_spec(computation.library) is None:
         return [row(status=Status.NOT_INSTALLED, reason=f"{computation.library} is not installed")]
@@ -84,14 +84,14 @@ def _measure(check: Check, computation: IndependentComputation, repeats: int) ->
         # Warnings of libraries are suppressed, as the error shows their cause.
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            found = computation.compute(numbers)
+            quantities = computation.compute(numbers)
             seconds = statistics.median(timeit.repeat(lambda: computation.compute(numbers), repeat=repeats, number=1))
     except Unsupported as refusal:
         return [row(status=Status.REFUSED, reason=str(refusal))]
     except Exception as failure:  # an exception of a library is a result
         return [row(status=Status.CRASHED, reason=f"{type(failure).__name__}: {failure}")]
     rows = []
-    for name, error in errors(check, found).items():
+    for name, error in errors(check, quantities).items():
         if error != error:
             rows.append(row(name, None, seconds, status=Status.DIVERGED, reason="not finite"))
         elif error > INACCURATE:
@@ -101,13 +101,13 @@ def _measure(check: Check, computation: IndependentComputation, repeats: int) ->
     return rows
 
 
-def errors(check: Check, found: Mapping[str, Any]) -> dict[str, float]:
-    """The error of each quantity in `found`, the largest over its components; nan if a number is not finite."""
+def errors(check: Check, quantities: Mapping[str, Any]) -> dict[str, float]:
+    """The error of each quantity in `quantities`, the largest over its components; nan if a number is not finite."""
     reference = check.exact(30)
     sizes = check.sizes(reference)
     worst: dict[str, float] = {}
     with working(40) as mp:
-        for quantity, value in found.items():
+        for quantity, value in quantities.items():
             names = [name for name in reference if name.partition(".")[0] == quantity]
             numbers = np.ravel(value).tolist()
             if not np.isfinite(numbers).all():

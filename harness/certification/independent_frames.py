@@ -106,14 +106,14 @@ def falling_from_the_top(p: Numbers) -> Quantities:
     """numpy.linalg.eigvals of the Jacobians; solve_ivp, DOP853 at 1e-12, of the angle from the downward vertical."""
     pull = p["g"] / p["L"]
     down, up = (np.linalg.eigvals([[0.0, 1.0], [sign * pull, 0.0]]) for sign in (-1, 1))
-    found = {"rate_down": float(np.max(down.imag)), "rate_up": float(np.max(up.real))}
+    quantities = {"rate_down": float(np.max(down.imag)), "rate_up": float(np.max(up.real))}
     if p["t"] == 0:
-        return found
+        return quantities
     start = [math.pi - p["delta"], 0.0]
     end = integrate.solve_ivp(
         lambda _, y: [y[1], -pull * math.sin(y[0])], (0.0, p["t"]), start, method="DOP853", rtol=1e-12, atol=1e-15
     ).y[:, -1]
-    return found | {"angle": float(math.pi - end[0]), "speed": float(-end[1])}
+    return quantities | {"angle": float(math.pi - end[0]), "speed": float(-end[1])}
 
 
 @independent("formulas in doubles", "numpy", "amusement_rides")

@@ -27,7 +27,7 @@ def _edges(body: Body) -> tuple[list[float], list[float]]:
 @independent("cubature", "scipy", BODY)
 def cubature(p: Numbers) -> Quantities:
     """scipy.integrate.cubature: adaptive Gauss-Kronrod over the volume, all moments in one vector-valued integrand."""
-    found: Quantities = {}
+    quantities: Quantities = {}
     for name in INTEGRATED:
         body = BODIES[name]
         sizes = [p[size] for size in body.sizes]
@@ -42,8 +42,8 @@ def cubature(p: Numbers) -> Quantities:
         result = integrate.cubature(
             moments, low, high, rule="gk15", rtol=1e-12, atol=1e-13 * unit**2, max_subdivisions=10
         )
-        found |= _principal(name, p["m"], result.estimate)
-    return found
+        quantities |= _principal(name, p["m"], result.estimate)
+    return quantities
 
 
 @independent("nquad", "scipy", BODY)
@@ -106,14 +106,14 @@ def bullet_shapes(p: Numbers) -> Quantities:
             "sphere": {"shapeType": bullet.GEOM_SPHERE, "radius": p["r"]},
             "cylinder": {"shapeType": bullet.GEOM_CYLINDER, "radius": p["r"], "height": p["h"]},
         }
-        found: Quantities = {}
+        quantities: Quantities = {}
         for name, shape in shapes.items():
             collision = bullet.createCollisionShape(**shape, physicsClientId=client)
             if collision < 0:
                 raise Unsupported(f"createCollisionShape refuses the {name}")
             body = bullet.createMultiBody(p["m"], collision, physicsClientId=client)
-            found[name] = bullet.getDynamicsInfo(body, -1, physicsClientId=client)[2]
-        return found
+            quantities[name] = bullet.getDynamicsInfo(body, -1, physicsClientId=client)[2]
+        return quantities
 
 
 @independent("parallel axes there and back", "numpy", COMPOSITE)

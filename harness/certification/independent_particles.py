@@ -56,8 +56,8 @@ def tension_ivp(p: Numbers) -> Quantities:
     """scipy.integrate.solve_ivp (DOP853, rtol 1e-12) up to the given time, then the tension in the final state."""
     g, length = p["g"], p["L"]
     start, options = (p["theta"], p["omega"]), {"method": "DOP853", "rtol": 1e-12, "atol": 1e-14}
-    found = integrate.solve_ivp(lambda t, y: (y[1], -g / length * math.sin(y[0])), (0.0, p["t"]), start, **options)
-    theta, omega = found.y[:, -1]
+    solution = integrate.solve_ivp(lambda t, y: (y[1], -g / length * math.sin(y[0])), (0.0, p["t"]), start, **options)
+    theta, omega = solution.y[:, -1]
     return {"tension": p["m"] * (length * omega**2 + g * math.cos(theta))}
 
 

@@ -41,10 +41,10 @@ def rotor_cubature(p: Numbers) -> Quantities:
     low, high = [0.0, 0.0, -0.5], [1.0, 2 * math.pi, 0.5]
     # Some moments are zero by symmetry: without an absolute tolerance their refinement would not end.
     size = max(p["r"], p["h"], abs(p["e"]))
-    found = integrate.cubature(
+    moments = integrate.cubature(
         pull, low, high, rule="gk15", rtol=1e-12, atol=1e-14 * size**2, max_subdivisions=10
     ).estimate
-    volume, first, second = (float(x) for x in found)
+    volume, first, second = (float(x) for x in moments)
     square = p["w"] ** 2
     return _rotor(p, -p["m"] * second / volume, -p["m"] * square * second / volume, -p["m"] * square * first / volume)
 
