@@ -188,9 +188,9 @@ class Problem:
         """
         if self.t0 == 0:
             return self
-        found = replace(self, form=from_start(self.form, self.t0), times=self.elapsed, t0=0.0)
-        vars(found)["buffer"] = self.buffer
-        return found
+        shifted = replace(self, form=from_start(self.form, self.t0), times=self.elapsed, t0=0.0)
+        vars(shifted)["buffer"] = self.buffer
+        return shifted
 
     @cached_property
     def grouping(self) -> NDArray[np.int64]:
@@ -430,13 +430,13 @@ def solver_of(integrator: Integrator, problem: Problem, setting: float) -> Solve
     A plain function becomes a Solver with the function's attributes `options`, `reset` and `close`, if it has them.
     Raises TypeError for any other result.
     """
-    found = integrator.prepare(problem, setting)
-    if isinstance(found, Solver):
-        return found
-    if not callable(found):
-        raise TypeError(f"prepare returned {found!r}; let it return a function of initial states, or a Solver")
-    named = {name: getattr(found, name) for name in ("options", "reset", "close") if hasattr(found, name)}
-    return Solver(found, **named)
+    answer = integrator.prepare(problem, setting)
+    if isinstance(answer, Solver):
+        return answer
+    if not callable(answer):
+        raise TypeError(f"prepare returned {answer!r}; let it return a function of initial states, or a Solver")
+    named = {name: getattr(answer, name) for name in ("options", "reset", "close") if hasattr(answer, name)}
+    return Solver(answer, **named)
 
 
 def each_start(

@@ -38,16 +38,16 @@ def cache_by_content(function: Callable[..., Result]) -> Callable[..., Result]:
     since the last call, the result is computed again. Raises ValueError for a function that reads a value whose changes
     cannot be detected.
     """
-    kept: dict[tuple[Any, ...], Result] = {}
+    results: dict[tuple[Any, ...], Result] = {}
 
     @wraps(function)
     def remembered(*arguments: Any) -> Result:
         parts: list[Any] = []
         _collect(arguments, parts, set(), None)
         key = tuple(parts)
-        if key not in kept:
-            kept[key] = function(*arguments)
-        return kept[key]
+        if key not in results:
+            results[key] = function(*arguments)
+        return results[key]
 
     return remembered
 

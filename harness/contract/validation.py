@@ -50,17 +50,17 @@ def check(solution: Any, shape: tuple[int, ...]) -> Solution:
 
 def real_states(states: Any, shape: tuple[int, ...]) -> Floats:
     """States as a new float64 array of this shape. Complex states are accepted if every imaginary part is zero."""
-    found = np.asarray(states)
-    if found.dtype.kind not in "iufc":
-        raise Unusable(f"returned states of type {found.dtype}, not real numbers")
-    if found.shape != shape:
-        raise Unusable(f"returned states of shape {found.shape}, not {shape}")
-    if found.dtype.kind == "c":
-        if np.any(found.imag != 0):
-            raise Unusable(f"returned complex states (imaginary parts up to {np.nanmax(np.abs(found.imag)):.2g})")
-        found = found.real
+    numbers = np.asarray(states)
+    if numbers.dtype.kind not in "iufc":
+        raise Unusable(f"returned states of type {numbers.dtype}, not real numbers")
+    if numbers.shape != shape:
+        raise Unusable(f"returned states of shape {numbers.shape}, not {shape}")
+    if numbers.dtype.kind == "c":
+        if np.any(numbers.imag != 0):
+            raise Unusable(f"returned complex states (imaginary parts up to {np.nanmax(np.abs(numbers.imag)):.2g})")
+        numbers = numbers.real
     with np.errstate(over="ignore"):  # a wider float beyond binary64 becomes infinite: status `diverged`
-        return np.array(found, dtype=np.float64)
+        return np.array(numbers, dtype=np.float64)
 
 
 def is_still(states: Floats, starts: Floats) -> bool:

@@ -34,10 +34,10 @@ def require_velocities(problem: Problem) -> None:
     for _ in range(3):
         state, parameters = draw.uniform(0.5, 1.5, problem.dimension), problem.parameters * draw.uniform(0.9, 1.1)
         try:
-            found = form.equations(float(draw.uniform()), tuple(state.tolist()), tuple(parameters.tolist()))
+            derivatives = form.equations(float(draw.uniform()), tuple(state.tolist()), tuple(parameters.tolist()))
         except (ArithmeticError, ValueError):
-            found = ()
-        if problem.dimension % 2 or list(found[:half]) != state[half:].tolist():
+            derivatives = ()
+        if problem.dimension % 2 or list(derivatives[:half]) != state[half:].tolist():
             raise Unsupported(
                 "the first half of its derivatives are not the second half of its state, as velocities are"
             )
