@@ -44,7 +44,7 @@ class Drawn:
 
 def draw(seed: int = SEED) -> list[Drawn]:
     """All systems of a seed, family by family."""
-    found = []
+    systems = []
     for place, (family, (need, make)) in enumerate(FAMILIES.items()):
         random = np.random.default_rng([seed, place])
         for number in range(MEMBERS):
@@ -53,8 +53,8 @@ def draw(seed: int = SEED) -> list[Drawn]:
             stated = Stated(fun, Arguments(tuple(map(float, numbers))), (), accelerations)
             half = TEST if number % 2 else MARGIN
             name = f"drawn_{family}_{number + 1}"
-            found.append(Drawn(name, family, need, half, stated, float(span), tuple(map(float, start))))
-    return found
+            systems.append(Drawn(name, family, need, half, stated, float(span), tuple(map(float, start))))
+    return systems
 
 
 def _between(random: Random, low: float, high: float) -> float:
@@ -167,7 +167,7 @@ def _planets(random: Random, number: int) -> Made:
 
 def _move_to_centre(masses: Sequence[float], others: Sequence[tuple[Any, Any]]) -> list[float]:
     """The start of bodies about the first one, seen from the centre of mass."""
-    bodies = np.array([np.zeros(6), *(np.concatenate(one) for one in others)])
+    bodies = np.array([np.zeros(6), *(np.concatenate(body) for body in others)])
     bodies -= np.average(bodies, axis=0, weights=masses)
     return [float(x) for x in bodies.ravel()]
 

@@ -75,7 +75,7 @@ class HybridMotion:
         self, times: Sequence[Fraction], sizes: Sequence[Fraction], unit: Fraction
     ) -> tuple[list[Any], list[Fraction]]:
         """The states at times and the times of the events, from event to event."""
-        path, found, happened = self.path, list[Any](), list[Fraction]()
+        path, states, happened = self.path, list[Any](), list[Fraction]()
         here, now = self.start, Fraction(0)
         for number in range(len(path.modes)):
             mode = self.form.mode(path.modes[number][1])
@@ -85,7 +85,7 @@ class HybridMotion:
                 [t for t in times if now <= t < end] if number < len(path.events) else [t for t in times if t >= now]
             )
             if inside:
-                found += field.states(now, here, inside)
+                states += field.states(now, here, inside)
             if number == len(path.events):
                 break
             event = path.events[number]
@@ -95,7 +95,7 @@ class HybridMotion:
                 reset = self._reset(event, mode.name)
                 here = tuple(_exact(x) for x in reset(ball(own), tuple(map(ball, before))))
             now = own
-        return found, happened
+        return states, happened
 
     def _transition(self, event: Happened, mode: str) -> Transition:
         return next(each for each in self.form.transitions if (each.name, each.mode) == (event.by, mode))
@@ -155,8 +155,8 @@ class _Flight:
         moments = [(t - begin) / unit for t in times]
         late = [t for t in moments if t > 0]
         first = [x / s for x, s in zip(start, sizes, strict=True)]
-        found = extrapolate(scaled, first, late, DIGITS, Fraction(1, 4))
-        every = [tuple(first)] * (len(moments) - len(late)) + found
+        rows = extrapolate(scaled, first, late, DIGITS, Fraction(1, 4))
+        every = [tuple(first)] * (len(moments) - len(late)) + rows
         return [tuple(x * s for x, s in zip(row, sizes, strict=True)) for row in every]
 
 
@@ -177,11 +177,11 @@ def _round_states(motion: HybridMotion, times: Floats) -> Floats:
 
 def _rates(motion: HybridMotion, times: Floats, states: Floats) -> Floats:
     """The rates (n, dim) of states at times, in the modes that hold there."""
-    numbers, found = tuple(map(float, motion.parameters)), []
+    numbers, rates = tuple(map(float, motion.parameters)), []
     for t, row in zip(times.tolist(), states.tolist(), strict=True):
         mode = motion.form.mode(motion.path.mode_at(Fraction(t)))
-        found.append(mode.equations(t, tuple(row), (*numbers, *mode.constants)))
-    return np.array(found, dtype=np.float64)
+        rates.append(mode.equations(t, tuple(row), (*numbers, *mode.constants)))
+    return np.array(rates, dtype=np.float64)
 
 
 def case_events(motion: HybridMotion) -> tuple[Event, ...]:
@@ -229,9 +229,9 @@ def hybrid_effect(motion: HybridMotion, times: Floats, rough: RoughMotion) -> tu
         return np.asarray(np.max(np.abs(np.array(rows)) / rough.sizes, axis=1))
 
     nominal = motion._path(ROUGH_DIGITS)
-    found = dict(calls(neighbour, moved, 2, "fork"))
+    effects = dict(calls(neighbour, moved, 2, "fork"))
     total, start = np.zeros(len(times)), np.zeros(len(times))
-    for k, effect in found.items():
+    for k, effect in effects.items():
         if isinstance(effect, BaseException):
             raise effect
         if effect is not None:

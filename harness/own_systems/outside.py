@@ -64,29 +64,29 @@ def measure(path: Path, systems: Sequence[Drawn], seed: int, limit_seconds: floa
 
     Raises ValueError for a file with systems of another seed.
     """
-    left = [one for one in systems if one.name not in read_ended(path, seed)]
+    left = [system for system in systems if system.name not in read_ended(path, seed)]
     suite = plan.suite("foundation").within(limit_seconds)
     suite = suite.change(name=SUITE, launches=1, timing_spans=False, turned=False)
-    for _, family in groupby(left, key=lambda one: one.family):
-        made: dict[str, tuple[OwnSystem, Ended]] = {}
+    for _, family in groupby(left, key=lambda system: system.family):
+        ready: dict[str, tuple[OwnSystem, Ended]] = {}
         needs: dict[str, str] = {}
-        for one in family:
-            own, end = _make(one, seed)
-            progress.tell(f"{one.name}: {end.why or end.reference} ({end.seconds:.0f} s)")
+        for system in family:
+            own, end = _make(system, seed)
+            progress.tell(f"{system.name}: {end.why or end.reference} ({end.seconds:.0f} s)")
             if own is None:
-                _note(path, {one.name: end})
+                _note(path, {system.name: end})
             else:
-                made[one.name], needs[one.name] = (own, end), one.need
-        for methods, names in _by_methods({name: methods_of(own, needs[name]) for name, (own, _) in made.items()}):
-            run(path, suite, [(made[name][0], "") for name in names], methods, progress)
-            _note(path, {name: made[name][1] for name in names})
+                ready[system.name], needs[system.name] = (own, end), system.need
+        for methods, names in _by_methods({name: methods_of(own, needs[name]) for name, (own, _) in ready.items()}):
+            run(path, suite, [(ready[name][0], "") for name in names], methods, progress)
+            _note(path, {name: ready[name][1] for name in names})
 
 
-def _make(one: Drawn, seed: int) -> tuple[OwnSystem | None, Ended]:
+def _make(system: Drawn, seed: int) -> tuple[OwnSystem | None, Ended]:
     """A system with its reference; None if it is dropped."""
     began = monotonic()
     try:
-        own = make_system(one.stated, (0.0, one.span), one.start, name=one.name, explicit_work=EXPLICIT_WORK)
+        own = make_system(system.stated, (0.0, system.span), system.start, system.name, explicit_work=EXPLICIT_WORK)
     except (ArithmeticError, ValueError) as error:
         return None, Ended(seed, f"no reference: {error}", "", monotonic() - began)
     text, why = own.reference.text(), ""
@@ -105,8 +105,8 @@ def methods_of(own: OwnSystem, need: str) -> tuple[Integrator, ...]:
     assert kind is not None, f"{own.name} is of no kind"
     known = lookup.own()
     stand = [representatives.standing(library, kind, SUBJECTS[need].stands) for library in (*LIBRARIES, OURS)]
-    found = [known[one.integrator] for one in stand if one is not None]
-    return tuple(one for one in found if one.accepts != (SceneForm,) and lookup.missing(one) is None)
+    integrators = [known[choice.integrator] for choice in stand if choice is not None]
+    return tuple(x for x in integrators if x.accepts != (SceneForm,) and lookup.missing(x) is None)
 
 
 def _by_methods(methods: Mapping[str, tuple[Integrator, ...]]) -> Iterator[tuple[tuple[Integrator, ...], list[str]]]:
@@ -131,12 +131,12 @@ def read_ended(path: Path, seed: int | None = None) -> dict[str, Ended]:
     """
     if not path.exists():
         return {}
-    notes = [item for one in reading.runs(path) for item in one["environment"].items() if item[0].startswith(NOTE)]
-    found = {name.removeprefix(NOTE): Ended(**json.loads(text)) for name, text in notes}
-    seeds = {one.seed for one in found.values()} | (set() if seed is None else {seed})
+    notes = [item for row in reading.runs(path) for item in row["environment"].items() if item[0].startswith(NOTE)]
+    ended = {name.removeprefix(NOTE): Ended(**json.loads(text)) for name, text in notes}
+    seeds = {end.seed for end in ended.values()} | (set() if seed is None else {seed})
     if len(seeds) > 1:
         raise ValueError(f"{path}: systems of the seeds {', '.join(map(str, sorted(seeds)))}; give another --out")
-    return found
+    return ended
 
 
 def judge_file(path: Path, catalogue: Path) -> dict[str, Any]:
@@ -144,31 +144,29 @@ def judge_file(path: Path, catalogue: Path) -> dict[str, Any]:
 
     Raises ValueError for a file without systems, and for a file that has not all of its draw.
     """
-    done = read_ended(path)
-    if not done:
+    ended = read_ended(path)
+    if not ended:
         raise ValueError(f"{path}: no systems were measured; run this command without --judge first")
-    (seed,) = {one.seed for one in done.values()}
-    drawn = {one.name: one for one in draw(seed)}
-    lacking = [name for name in drawn if name not in done]
+    (seed,) = {end.seed for end in ended.values()}
+    drawn = {system.name: system for system in draw(seed)}
+    lacking = [name for name in drawn if name not in ended]
     if lacking:
         raise ValueError(
             f"{path}: {len(lacking)} systems of the draw are not measured yet, as {lacking[0]}; repeat the command"
             " without --judge"
         )
-    systems = {
-        name: outside.System(one.need, one.family, one.half) for name, one in drawn.items() if not done[name].why
-    }
-    last = [one for one in reading.runs(path) if one["suite"] == SUITE][-1]
+    systems = {name: outside.System(x.need, x.family, x.half) for name, x in drawn.items() if not ended[name].why}
+    last = [row for row in reading.runs(path) if row["suite"] == SUITE][-1]
     measured = outside.measurements(results_file(catalogue))
-    found = outside.judge(
+    judgement = outside.judge(
         outside.Trials(reading.rows(path), systems),
         lambda margin: recommending.answers(measured, margin),
         outside.find_published_order(measured),
     )
-    dropped = [{"name": name, "why": one.why} for name, one in done.items() if one.why]
+    dropped = [{"name": name, "why": end.why} for name, end in ended.items() if end.why]
     made_by = {name: value for name, value in last["environment"].items() if not name.startswith(NOTE)}
     made_by["date"] = str(last["ended"] or last["started"])[:10]
-    return {"environment": made_by, "seed": seed, "drawn": len(drawn), "dropped": dropped} | found
+    return {"environment": made_by, "seed": seed, "drawn": len(drawn), "dropped": dropped} | judgement
 
 
 def main(words: Sequence[str] | None = None) -> None:
@@ -179,26 +177,26 @@ def main(words: Sequence[str] | None = None) -> None:
     parser.add_argument("--only", nargs="+", default=[], metavar="NAME", help="systems or families, for a try")
     parser.add_argument("--judge", type=Path, metavar="RUN", help="judge this run of the catalogue; measure nothing")
     parser.add_argument("--to", type=Path, default=Path("reports/outside.json"), metavar="FILE")
-    given = parser.parse_args(words)
+    options = parser.parse_args(words)
     try:
-        if given.judge is not None:
-            found = judge_file(given.out, given.judge)
-            study_file.write(found, given.to)
-            print(sentence(found))
+        if options.judge is not None:
+            judgement = judge_file(options.out, options.judge)
+            study_file.write(judgement, options.to)
+            print(sentence(judgement))
             return
-        systems = [one for one in draw() if not given.only or {one.name, one.family} & set(given.only)]
+        systems = [system for system in draw() if not options.only or {system.name, system.family} & set(options.only)]
         if not systems:
-            names = ", ".join(dict.fromkeys(one.family for one in draw()))
-            raise ValueError(f"--only {' '.join(given.only)}: no system of the draw; its families are {names}")
-        measure(given.out, systems, SEED, given.limit, Progress(quiet=not has_terminal()))
+            names = ", ".join(dict.fromkeys(system.family for system in draw()))
+            raise ValueError(f"--only {' '.join(options.only)}: no system of the draw; its families are {names}")
+        measure(options.out, systems, SEED, options.limit, Progress(quiet=not has_terminal()))
     except ValueError as error:
         parser.exit(2, f"{error}\n")
 
 
-def sentence(found: Mapping[str, Any]) -> str:
+def sentence(judgement: Mapping[str, Any]) -> str:
     """The judgement in one sentence."""
-    of, by_order = found["share"], found["order"]
-    text = f"{found['systems']} systems outside the catalogue: the recommended setting reaches the error"
+    of, by_order = judgement["share"], judgement["order"]
+    text = f"{judgement['systems']} systems outside the catalogue: the recommended setting reaches the error"
     if not of["of"]:
         return f"{text} in no trial that counts"
     text += f" in {of['held']} of {of['of']} trials ({_percent(of)})"

@@ -121,15 +121,15 @@ class OwnSystem(Case):
         )
 
     def conditioning(self, times: Floats) -> Floats:
-        found = self.effects[1][self._places(times)]
-        known = np.where(np.isfinite(found), found, 0.0)
-        return np.asarray(np.where(np.isfinite(found), found, np.maximum.accumulate(known)))
+        effects = self.effects[1][self._places(times)]
+        known = np.where(np.isfinite(effects), effects, 0.0)
+        return np.asarray(np.where(np.isfinite(effects), effects, np.maximum.accumulate(known)))
 
     def _places(self, times: Floats) -> Any:
-        found = np.searchsorted(self.moments, times)
-        if not np.array_equal(self.moments[np.minimum(found, len(self.moments) - 1)], times):
+        places = np.searchsorted(self.moments, times)
+        if not np.array_equal(self.moments[np.minimum(places, len(self.moments) - 1)], times):
             raise ValueError(f"{self.name}: its reference has no state at one of these times")
-        return found
+        return places
 
     @property
     def reference_error(self) -> float:
@@ -145,9 +145,9 @@ class OwnSystem(Case):
     @property
     def end(self) -> Floats:
         """The state (dim,) of the reference at the end of the span, in the user's sequence."""
-        found = np.empty(len(self.order))
-        found[list(self.order)] = self.sample(np.array([float(self.span)]))[0]
-        return found if self.factors is None else found / self.factors
+        state = np.empty(len(self.order))
+        state[list(self.order)] = self.sample(np.array([float(self.span)]))[0]
+        return state if self.factors is None else state / self.factors
 
     def reach(self) -> list[str]:
         """Sentences about what a method in binary64 can reach."""
@@ -156,13 +156,13 @@ class OwnSystem(Case):
         if not len(known):
             return ["the effect of rounding the start was not computed"]
         last = int(known[-1])
-        found = [
+        sentences = [
             f"rounding of the start alone moves this motion by {effect[last]:.1g} of its size"
             f" at t = {clock.time(self.moments[last]):.4g}"
         ]
         if self.lost_after is not None:
-            found.append(f"after t = {self.lost_after:.4g} rounding leaves no digit to a method in binary64")
-        return found
+            sentences.append(f"after t = {self.lost_after:.4g} rounding leaves no digit to a method in binary64")
+        return sentences
 
 
 def make_system(
@@ -179,8 +179,7 @@ def make_system(
     that may take minutes.
     """
     start = array(y0, "y0")
-    rates = len(start) // 2 if stated.accelerations else 0
-    whole = Times.of(t_span, None, rates)
+    whole = Times.of(t_span, None, len(start) // 2 if stated.accelerations else 0)
     clock = whole.clock
     if isinstance(stated.fun, Form) and (clock.t0 != 0 or clock.direction < 0 or clock.scale != 1):
         raise ValueError(f"t_span={t_span!r}: a form runs forward from t = 0: give (0, T), with T from .1 to 1e9")
@@ -255,16 +254,16 @@ def _kind(
     name = f"own_{name}" if name in cases.names() else name
     first = next((form for form in forms if isinstance(form, FirstOrder)), None)
     order, lacking, autonomous, factors = tuple(range(len(start))), "", False, None
-    given: tuple[Form, ...] = tuple(forms)
+    offered: tuple[Form, ...] = tuple(forms)
     if type(first) is FirstOrder and first.source is None and not isinstance(first.equations, Called):
         derived = derive_forms(first, len(start), len(parameters))
         others = tuple(form for form in derived.forms if type(form) is not FirstOrder)
         is_same = derived.factors is None and derived.order == order
         lacking, autonomous = derived.lacking, derived.autonomous
         if isinstance(stated.fun, Form) or stated.accelerations:  # its state stays as it is
-            given = (*forms, *(form for form in others if is_same and type(form) not in map(type, forms)))
+            offered = (*forms, *(form for form in others if is_same and type(form) not in map(type, forms)))
         else:
-            order, given = derived.order, derived.forms
+            order, offered = derived.order, derived.forms
             if derived.factors is not None:
                 factors = np.array(derived.factors(tuple(parameters)), dtype=np.float64)
                 start = start * factors
@@ -277,11 +276,11 @@ def _kind(
             Parameter("1", float(value), "", name=label)
             for label, value in zip(_parameter_names(stated, len(parameters)), parameters, strict=True)
         ),
-        "forms_": given, "order": order, "lacking": lacking, "autonomous": autonomous, "factors": factors,
+        "forms_": offered, "order": order, "lacking": lacking, "autonomous": autonomous, "factors": factors,
         "smooth": not any(isinstance(form, Hybrid) for form in forms),
         "__module__": __name__,
     }  # fmt: skip
-    content = "\n".join([*map(of_value, given), repr(start.tolist()), repr(list(parameters))])
+    content = "\n".join([*map(of_value, offered), repr(start.tolist()), repr(list(parameters))])
     unique = f"{name}_{hashlib.sha256(content.encode()).hexdigest()[:12]}"
     kind: type[OwnSystem] = type(unique, (OwnSystem,), members)
     setattr(sys.modules[__name__], unique, kind)

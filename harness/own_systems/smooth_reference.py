@@ -121,24 +121,24 @@ class _Scaled:
 
     def field(self) -> Field:
         """The equations in balls of the precision that holds when they are first called."""
-        unit, sizes, kept = self.unit, self.sizes, dict[str, Any]()
+        unit, sizes, balls = self.unit, self.sizes, dict[str, Any]()
 
         def field(t: Any, state: tuple[Any, ...]) -> tuple[Any, ...]:
-            if not kept:
-                kept["sizes"] = [ball(s) for s in sizes]
-                kept["weights"] = [ball(unit / s) for s in sizes]
-                kept["unit"], kept["parameters"] = ball(unit), tuple(map(ball, self._parameters))
-            own = tuple(x * s for x, s in zip(state, kept["sizes"], strict=True))
-            rates = self._equations(t * kept["unit"], own, kept["parameters"])
-            return tuple(x * w for x, w in zip(rates, kept["weights"], strict=True))
+            if not balls:
+                balls["sizes"] = [ball(s) for s in sizes]
+                balls["weights"] = [ball(unit / s) for s in sizes]
+                balls["unit"], balls["parameters"] = ball(unit), tuple(map(ball, self._parameters))
+            own = tuple(x * s for x, s in zip(state, balls["sizes"], strict=True))
+            rates = self._equations(t * balls["unit"], own, balls["parameters"])
+            return tuple(x * w for x, w in zip(rates, balls["weights"], strict=True))
 
         return field
 
     def jacobian(self, t: float, state: Floats) -> Floats:
         sizes, unit = self._plain
         nothing = np.zeros((len(self._parameters), len(sizes)))
-        found = self._rates.along(t * unit, state * sizes, np.diag(sizes), nothing, sizes)
-        return np.asarray(found * unit / sizes[:, None])
+        derivatives = self._rates.along(t * unit, state * sizes, np.diag(sizes), nothing, sizes)
+        return np.asarray(derivatives * unit / sizes[:, None])
 
 
 def _in_high_precision(
@@ -187,12 +187,12 @@ def _attempt(scaled: _Scaled, times: Floats, motion: RoughMotion, explicit: bool
 
 def _both(ways: Sequence[Callable[[], States]]) -> list[States]:
     """The results of two computations, in two processes. Raises the exception of one that fails."""
-    found: dict[int, Any] = {}
+    results: dict[int, Any] = {}
     for index, result in calls(lambda which: ways[which](), range(len(ways)), len(ways), "fork"):
         if isinstance(result, BaseException):
             raise result
-        found[index] = result
-    return [found[index] for index in range(len(ways))]
+        results[index] = result
+    return [results[index] for index in range(len(ways))]
 
 
 def _is_short_enough(scaled: _Scaled, explicit_work: int) -> bool:
