@@ -40,24 +40,22 @@ def _complete_name(incomplete: str, names: Iterable[str]) -> list[str]:
 
     base, slash, _ = incomplete.partition("/")
     if slash:
-        names = [
-            f"{base}/{one}" for name in names if name == base for one in ("default", *registry.entry(base).variants)
-        ]
+        names = [f"{base}/{v}" for v in ("default", *registry.entry(base).variants)] if base in names else []
     return [name for name in names if name.startswith(incomplete)]
 
 
 def list_ids() -> list[str]:
     """The ids of `lookup.everything`, read again after an edit of gnomon's sources or another set of packages."""
     folder, name = Path(platformdirs.user_cache_dir("gnomon")) / "ids", _key()
-    kept = cachefolder.load(folder, name)
-    if kept is not None:
-        return kept.decode().splitlines()
+    content = cachefolder.load(folder, name)
+    if content is not None:
+        return content.decode().splitlines()
     from gnomon.harness.registry import lookup  # imports the integrators
 
-    found = [*lookup.everything()]
+    ids = [*lookup.everything()]
     with suppress(OSError):  # without a folder the ids are read each time
-        cachefolder.store(folder, name, "\n".join(found).encode())
-    return found
+        cachefolder.store(folder, name, "\n".join(ids).encode())
+    return ids
 
 
 def _key() -> str:

@@ -27,14 +27,14 @@ VERSIONS = ("python", "gnomon", "sources", *DISTRIBUTIONS)
 @cache
 def describe() -> dict[str, str]:
     """Names and values: machine, cpu, cores, system, python, versions of libraries, revision of gnomon's sources."""
-    found = {
+    facts = {
         "machine": machine(),
         "cpu": _cpu(),
         "cores": str(os.cpu_count()),
         "system": f"{platform.system()} {platform.release()}",
     }
     revision = _revision()
-    return found | versions() | ({"revision": revision} if revision else {})
+    return facts | versions() | ({"revision": revision} if revision else {})
 
 
 def record() -> dict[str, str]:
@@ -42,20 +42,20 @@ def record() -> dict[str, str]:
     return describe() | {"date": datetime.now(UTC).date().isoformat()}
 
 
-def comparable(found: Mapping[str, str]) -> dict[str, str]:
+def comparable(environment: Mapping[str, str]) -> dict[str, str]:
     """What must be equal for measurements to go on in one file: all but the day, and the revision of equal sources."""
-    return {name: value for name, value in found.items() if name not in ("date", "revision")}
+    return {name: value for name, value in environment.items() if name not in ("date", "revision")}
 
 
 def list_installed() -> dict[str, str]:
     """The version of every installed distribution but gnomon, by its name."""
-    found = dict(map(_name_and_version, distributions()))
-    return {name: found[name] for name in sorted(found) if name != "gnomon"}
+    installed = dict(map(_name_and_version, distributions()))
+    return {name: installed[name] for name in sorted(installed) if name != "gnomon"}
 
 
-def _name_and_version(one: Distribution) -> tuple[str, str]:
-    """From the head of its metadata: `one.name` and `one.version` each parse the description below it too, often a README."""
-    text = one.read_text("METADATA") or one.read_text("PKG-INFO") or ""
+def _name_and_version(distribution: Distribution) -> tuple[str, str]:
+    """From the head of its metadata: `name` and `version` each parse the description below it too, often a README."""
+    text = distribution.read_text("METADATA") or distribution.read_text("PKG-INFO") or ""
     head = HeaderParser().parsestr(text.partition("\n\n")[0])
     return head["Name"].lower().replace("_", "-"), head["Version"]
 
@@ -63,8 +63,8 @@ def _name_and_version(one: Distribution) -> tuple[str, str]:
 @cache
 def versions() -> dict[str, str]:
     """Versions on which results depend on every machine: Python, gnomon and its sources, the installed libraries."""
-    found = {"python": platform.python_version(), "gnomon": version("gnomon"), "sources": sources()}
-    return found | {name: installed for name in DISTRIBUTIONS if (installed := library_version(name))}
+    values = {"python": platform.python_version(), "gnomon": version("gnomon"), "sources": sources()}
+    return values | {name: installed for name in DISTRIBUTIONS if (installed := library_version(name))}
 
 
 @cache

@@ -58,7 +58,7 @@ def exact_reason(integrator: str, case: str) -> str | None:
         (
             row["reason"]
             for row in _TABLE["exact"]
-            if case in row["cases"] and any(fits(integrator, one) for one in row["methods"])
+            if case in row["cases"] and any(fits(integrator, method) for method in row["methods"])
         ),
         None,
     )

@@ -17,5 +17,5 @@ def kind_of(forms: AbstractSet[str]) -> str | None:
 def kinds(forms: Mapping[str, AbstractSet[str]], names: Sequence[str]) -> dict[str, list[str]]:
     """The cases of each kind, in the order of KINDS, without empty kinds. `forms`: the forms that each case offers."""
     of = {name: kind_of(forms[name]) for name in names}
-    found = {kind: [name for name in names if of[name] == kind] for kind in KINDS}
-    return {kind: members for kind, members in found.items() if members}
+    members = {kind: [name for name in names if of[name] == kind] for kind in KINDS}
+    return {kind: members for kind, members in members.items() if members}

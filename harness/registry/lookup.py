@@ -33,43 +33,41 @@ GROUP = "gnomon.integrators"
 @cache
 def own() -> dict[str, Integrator]:
     """The integrators that come with gnomon, by id."""
-    found: dict[str, Integrator] = {}
+    by_id: dict[str, Integrator] = {}
     for name in (*IN_HOUSE, *ADAPTERS):
         for item in importlib.import_module(name).INTEGRATORS:
             integrator = make(item, name)
-            if integrator.id in found:
+            if integrator.id in by_id:
                 raise ValueError(f"two integrators have the id {integrator.id}; the second is in {name}")
-            found[integrator.id] = integrator
-    return found
+            by_id[integrator.id] = integrator
+    return by_id
 
 
 def in_house() -> list[Integrator]:
     """Gnomon's own methods, in the sequence of IN_HOUSE."""
-    return [one for one in own().values() if type(one).__module__.startswith(_FOLDER)]
+    return [integrator for integrator in own().values() if type(integrator).__module__.startswith(_FOLDER)]
 
 
 def general() -> dict[str, Integrator]:
     """Those of `own` that are measured wherever no integrator is named: without libraries of one suite alone."""
-    return {
-        name: one for name, one in own().items() if one.library not in LIBRARIES or LIBRARIES[one.library].suite is None
-    }
+    return {name: x for name, x in own().items() if x.library not in LIBRARIES or LIBRARIES[x.library].suite is None}
 
 
 def list_registered() -> dict[str, Integrator]:
     """The integrators of the entry point group `gnomon.integrators`, by id; those that fail to load give warnings."""
-    found: dict[str, Integrator] = {}
+    by_id: dict[str, Integrator] = {}
     for point in dict.fromkeys(entry_points(group=GROUP)):
         try:
             with confined():
                 integrator = make(point.load(), point.name)
-            if integrator.id in found:
+            if integrator.id in by_id:
                 raise ValueError(f"another package registers {integrator.id}")
         except BaseException as error:  # one package that fails must not end the run
             cause = f"{type(error).__name__}: {error}"
             warnings.warn(f"integrator {point.name} ({point.value}) cannot be loaded: {cause}", stacklevel=2)
             continue
-        found[integrator.id] = integrator
-    return found
+        by_id[integrator.id] = integrator
+    return by_id
 
 
 def everything() -> dict[str, Integrator]:
@@ -106,10 +104,10 @@ def find(name: str, known: Mapping[str, Integrator] | None = None) -> tuple[Inte
 
 def find_one(name: str, known: Mapping[str, Integrator] | None = None) -> Integrator:
     """The only integrator that `name` selects, as in `find`; raises ValueError if there are several."""
-    found = find(name, known)
-    if len(found) > 1:
-        raise ValueError(f"{name} names {', '.join(one.id for one in found)}; give one id")
-    return found[0]
+    selected = find(name, known)
+    if len(selected) > 1:
+        raise ValueError(f"{name} names {', '.join(integrator.id for integrator in selected)}; give one id")
+    return selected[0]
 
 
 def find_all(chosen: Sequence[str | Integrator | type[Integrator]] | None) -> tuple[Integrator, ...]:
@@ -120,21 +118,21 @@ def find_all(chosen: Sequence[str | Integrator | type[Integrator]] | None) -> tu
     known = everything()
     if not chosen:
         return tuple(known.values())
-    found: dict[int, Integrator] = {}
+    selected: dict[int, Integrator] = {}
     for item in chosen:
         named = find(item, known) if isinstance(item, str) else [make(item, getattr(item, "__name__", f"{item!r}"))]
-        found |= {id(one): one for one in named}
-    require_distinct(found.values())
-    return tuple(found.values())
+        selected |= {id(integrator): integrator for integrator in named}
+    require_distinct(selected.values())
+    return tuple(selected.values())
 
 
 def require_distinct(integrators: Iterable[Integrator]) -> None:
     """Raise ValueError if two integrators have one id: results could not show which of them ran."""
     seen = set[str]()
-    for one in integrators:
-        if one.id in seen:
-            raise ValueError(f"two integrators have the id {one.id}; name one of them, or give each its own name")
-        seen.add(one.id)
+    for name in (integrator.id for integrator in integrators):
+        if name in seen:
+            raise ValueError(f"two integrators have the id {name}; name one of them, or give each its own name")
+        seen.add(name)
 
 
 def from_path(path: str) -> Integrator:
@@ -142,14 +140,14 @@ def from_path(path: str) -> Integrator:
     module, _, attribute = path.partition(":")
     try:
         with confined():
-            found = getattr(importlib.import_module(module), attribute)
-            found = found() if isinstance(found, type) and issubclass(found, Integrator) else found
+            item = getattr(importlib.import_module(module), attribute)
+            item = item() if isinstance(item, type) and issubclass(item, Integrator) else item
     except BaseException as error:  # a user's module may raise anything when it is imported
         wanted = "package.module:Class of a subclass of Integrator"
         if module.endswith(".py"):
             wanted = f"the module and not its file: {PurePath(module).stem}:{attribute or 'Class'}"
         raise ValueError(f"{path}: {type(error).__name__}: {error}; give {wanted}") from None
-    return make(found, path)
+    return make(item, path)
 
 
 def missing(integrator: Integrator) -> str | None:
@@ -178,19 +176,19 @@ def make(item: object, origin: str) -> Integrator:
 
     Raises ValueError for a wrong declaration, and for a user's integrator with an id of gnomon's own.
     """
-    found = item() if isinstance(item, type) and issubclass(item, Integrator) else item
-    if not isinstance(found, Integrator):
+    integrator = item() if isinstance(item, type) and issubclass(item, Integrator) else item
+    if not isinstance(integrator, Integrator):
         raise ValueError(f"{origin}: {item!r} is not a gnomon.Integrator; give package.module:Class")
-    if undeclared := [attribute for attribute in ("name", "accepts", "sweep") if not hasattr(found, attribute)]:
+    if undeclared := [attribute for attribute in ("name", "accepts", "sweep") if not hasattr(integrator, attribute)]:
         raise ValueError(
-            f"{origin}: {type(found).__name__} does not declare {', '.join(undeclared)}; "
+            f"{origin}: {type(integrator).__name__} does not declare {', '.join(undeclared)}; "
             "a base class that several integrators share is not an integrator: name a subclass that declares them"
         )
-    if is_users_own(found):  # a test validates gnomon's own
-        declaration.validate(found, origin if ":" in origin else "")
-        if found.id in own():
-            raise ValueError(f"{origin}: {found.id} comes with gnomon; give yours a name or a library of its own")
-    return found
+    if is_users_own(integrator):  # a test validates gnomon's own
+        declaration.validate(integrator, origin if ":" in origin else "")
+        if integrator.id in own():
+            raise ValueError(f"{origin}: {integrator.id} comes with gnomon; give yours a name or a library of its own")
+    return integrator
 
 
 def is_users_own(integrator: Integrator) -> bool:

@@ -107,13 +107,13 @@ def reference(integrator: Integrator) -> Reference:
     return integrator if content is None or MAIN in modules else content
 
 
-def dereference(given: Reference) -> Integrator:
+def dereference(pointer: Reference) -> Integrator:
     """The integrator behind a `reference`; imports the modules that define it."""
-    if isinstance(given, Integrator):
-        return given
-    made: Integrator = pickle.loads(given)
-    _GIVEN[made] = given
-    return made
+    if isinstance(pointer, Integrator):
+        return pointer
+    integrator: Integrator = pickle.loads(pointer)
+    _GIVEN[integrator] = pointer
+    return integrator
 
 
 def start_method(integrators: Iterable[Integrator]) -> str:

@@ -43,8 +43,8 @@ def standing(library: str, kind: str, needed: str | None = None) -> Representati
 
     For ROUGH it is that of the system's kind if the library has no choice of its own.
     """
-    found = None if needed is None else representative(library, needed)
-    return representative(library, kind) if found is None and needed != STIFF else found
+    choice = None if needed is None else representative(library, needed)
+    return representative(library, kind) if choice is None and needed != STIFF else choice
 
 
 def representatives() -> Mapping[tuple[str, str], Representative]:
@@ -82,9 +82,9 @@ def _read() -> tuple[dict[tuple[str, str], Representative], dict[tuple[str, str]
     table = read_declared("registry", "representatives.toml")
     chosen: dict[tuple[str, str], Representative] = {}
     for row in table["choice"]:
-        one = Representative(row["integrator"], row["quote"], row["source"])
-        library = one.integrator.partition(":")[0]
-        chosen |= {(library, kind): one for kind in expand(row["kinds"])}
+        choice = Representative(row["integrator"], row["quote"], row["source"])
+        library = choice.integrator.partition(":")[0]
+        chosen |= {(library, kind): choice for kind in expand(row["kinds"])}
     reasons = {
         (library, kind): row["reason"]
         for row in table["none"]

@@ -37,7 +37,7 @@ def choose(
     with * and ?. Without names all cases are chosen.
     """
     label = "".join(f" {name}={value}" for name, value in parameters.items())
-    made: dict[tuple[str, str | None], Case] = {}
+    chosen: dict[tuple[str, str | None], Case] = {}
     for name in expand(names or cases.names()):
         base, slash, variant = name.partition("/")
         listed: list[str | None] = [None]
@@ -45,25 +45,25 @@ def choose(
             listed = [None if variant == DEFAULT else variant]
         elif variants:
             listed += [v.name for v in cases.case_class(base).variants]
-        made |= {(base, v): cases.get(base, v, **parameters) for v in listed if (base, v) not in made}
-    return [(case.rounded() if rounded else case, label) for case in made.values()]
+        chosen |= {(base, v): cases.get(base, v, **parameters) for v in listed if (base, v) not in chosen}
+    return [(case.rounded() if rounded else case, label) for case in chosen.values()]
 
 
-def find_cases(given: Sequence[CaseLike]) -> list[Case]:
+def find_cases(items: Sequence[CaseLike]) -> list[Case]:
     """The cases: each by its name as in `choose`, as it is, or as `gnomon.case` gives it. Their ids must differ."""
-    found: list[Case] = []
-    for one in given:
-        case = getattr(one, "case", one)
+    chosen: list[Case] = []
+    for item in items:
+        case = getattr(item, "case", item)
         if isinstance(case, str):
-            found += [each for each, _ in choose([case], variants=False)]
+            chosen += [each for each, _ in choose([case], variants=False)]
         elif isinstance(case, Case):
-            found.append(case.rounded())
+            chosen.append(case.rounded())
         else:
-            raise ValueError(f"{short(one)} is not a case; give a name, as pendulum_simple, or gnomon.case(...)")
-    made = {case.id: case for case in found}
-    if len(made) < len({(case.id, case.span, *case.numbers.values()) for case in found}):
+            raise ValueError(f"{short(item)} is not a case; give a name, as pendulum_simple, or gnomon.case(...)")
+    by_id = {case.id: case for case in chosen}
+    if len(by_id) < len({(case.id, case.span, *case.numbers.values()) for case in chosen}):
         raise ValueError("two cases have one name and different numbers; give one of them")
-    return list(made.values())
+    return list(by_id.values())
 
 
 def expand(names: Iterable[str], checks: bool = False) -> list[str]:
@@ -73,17 +73,17 @@ def expand(names: Iterable[str], checks: bool = False) -> list[str]:
     that matches nothing.
     """
     known = (*cases.names(), *(cases.check_names() if checks else ()))
-    found: list[str] = []
+    expanded: list[str] = []
     for name in names:
         base, slash, _ = name.partition("/")
         bases = matching(base, known) if is_pattern(base) else [base]
         if not is_pattern(name):
-            found.append(name)
+            expanded.append(name)
         elif not slash:
-            found += bases
+            expanded += bases
         else:
-            found += matching(name, [f"{one}/{variant}" for one in bases for variant in variants_of(one)])
-    return list(dict.fromkeys(found))
+            expanded += matching(name, [f"{case}/{variant}" for case in bases for variant in variants_of(case)])
+    return list(dict.fromkeys(expanded))
 
 
 def variants_of(name: str) -> dict[str, str]:
@@ -95,8 +95,8 @@ def variants_of(name: str) -> dict[str, str]:
 def containing(part: str, names: Iterable[str]) -> list[str]:
     """The names with this part, in either case of letters, or that match it if it is a pattern; ValueError for none."""
     names = list(names)
-    found = [] if is_pattern(part) else [name for name in names if part.lower() in name.lower()]
-    return found or matching(part, names)
+    parts = [] if is_pattern(part) else [name for name in names if part.lower() in name.lower()]
+    return parts or matching(part, names)
 
 
 def family(case: type[Case]) -> str:
@@ -114,26 +114,26 @@ def source_file(kind: type) -> str:
 
 
 def cases_of(
-    found: Sequence[tuple[Case, str]], families: Sequence[str] | None, kinds: Sequence[str] | None
+    pairs: Sequence[tuple[Case, str]], families: Sequence[str] | None, kinds: Sequence[str] | None
 ) -> list[tuple[Case, str]]:
     """The cases, each with its label, of these families that offer one of these forms; all without a restriction.
 
     Raises ValueError for a word that fits no case.
     """
-    left = _keep("--family", families, [(pair, {family(type(pair[0]))}) for pair in found])
+    left = _keep("--family", families, [(pair, {family(type(pair[0]))}) for pair in pairs])
     if not kinds:
         return left
     return _keep("--kind", kinds, [(pair, {kind.__name__ for kind in _list_offered(pair[0])}) for pair in left])
 
 
 def integrators_of(
-    found: Sequence[Integrator], libraries: Sequence[str] | None, kinds: Sequence[str] | None
+    integrators: Sequence[Integrator], libraries: Sequence[str] | None, kinds: Sequence[str] | None
 ) -> list[Integrator]:
     """The integrators of these libraries that accept one of these forms. Raises ValueError as `cases_of`."""
-    left = _keep("--library", libraries, [(one, {one.library}) for one in found])
+    left = _keep("--library", libraries, [(integrator, {integrator.library}) for integrator in integrators])
     forms: tuple[type, ...] = (*get_args(Form), SceneForm)
     every = [kind for form in forms for kind in _descendants(form)]
-    return _keep("--kind", kinds, [(one, {f.__name__ for f in every if issubclass(f, one.accepts)}) for one in left])
+    return _keep("--kind", kinds, [(x, {f.__name__ for f in every if issubclass(f, x.accepts)}) for x in left])
 
 
 def _list_offered(case: Case) -> Iterator[type]:
@@ -149,12 +149,12 @@ def _descendants(form: type) -> Iterator[type]:
         yield from _descendants(kind)
 
 
-def _keep(option: str, wanted: Sequence[str] | None, found: Sequence[tuple[Item, set[str]]]) -> list[Item]:
+def _keep(option: str, wanted: Sequence[str] | None, items: Sequence[tuple[Item, set[str]]]) -> list[Item]:
     if not wanted:
-        return [item for item, _ in found]
-    valid = {name.lower(): name for _, names in found for name in names}
+        return [item for item, _ in items]
+    valid = {name.lower(): name for _, names in items for name in names}
     for word in wanted:
         if word.lower() not in valid:
             raise ValueError(f"{option} {word}: no integrator that is named has it; {nearest(word, valid.values())}")
     chosen = {valid[word.lower()] for word in wanted}
-    return [item for item, names in found if chosen & names]
+    return [item for item, names in items if chosen & names]
