@@ -37,9 +37,9 @@ def motion_of(case: Case) -> tuple[dict[str, str], str]:
     rows = csv.writer(text, lineterminator="\n")
     rows.writerow(units)
     for t, state, scene in zip((0.0, *case.times.tolist()), states, scenes, strict=True):
-        found = readings_of(scene)
-        row = [t, *state, *(value for pair in found.joints.values() for value in pair)]
-        row += (value for name, read in parts.items() for part in read for value in found.bodies[name][part])
+        readings = readings_of(scene)
+        row = [t, *state, *(value for pair in readings.joints.values() for value in pair)]
+        row += (value for name, read in parts.items() for part in read for value in readings.bodies[name][part])
         rows.writerow(map(number, row))
     return units, text.getvalue()
 
@@ -50,12 +50,12 @@ def _parts_read(scenes: Sequence[Scene]) -> dict[str, tuple[int, ...]]:
     A point mass has no attitude. The attitude of a body that turns is not known if the state of the case lacks it: then all
     scenes have the same.
     """
-    found: dict[str, tuple[int, ...]] = {}
+    parts: dict[str, tuple[int, ...]] = {}
     inertia = {body.name: body.inertia for body in scenes[0].bodies}
     readings = [readings_of(scene).bodies for scene in scenes]
     for name in readings[0]:
         turns = any(any(each[name][SPIN]) for each in readings)
         still = all(each[name][ATTITUDE] == readings[0][name][ATTITUDE] for each in readings)
         lacking = {ATTITUDE, SPIN} if not any(inertia[name]) else {ATTITUDE} if turns and still else set()
-        found[name] = tuple(part for part in range(len(PARTS)) if part not in lacking)
-    return found
+        parts[name] = tuple(part for part in range(len(PARTS)) if part not in lacking)
+    return parts

@@ -18,15 +18,15 @@ USE = (
 
 def missing(tree: Tree) -> list[str]:
     """What the file cannot say, and where it is."""
-    found = [
+    lines = [
         "rates at the start, and coordinates of hinges and sliders: in `start` of the manifest; poses are those at zero"
     ]
     if tree.touches:
-        found.append(
+        lines.append(
             "the rule by which an engine combines two surfaces: both have the coefficients of `contacts`, as for a minimum,"
             " a maximum or a mean"
         )
-    return found
+    return lines
 
 
 def text(tree: Tree) -> str:
@@ -36,8 +36,7 @@ def text(tree: Tree) -> str:
     for index, normal in enumerate(tree.planes):
         _add_plane(world, index, normal, next(touch for touch in tree.touches if touch.normal == normal))
     for first in tree.carried_by(""):
-        model = SubElement(world, "model", name=f"{first.name}_model")
-        _add(model, first, tree)
+        _add(SubElement(world, "model", name=f"{first.name}_model"), first, tree)
     return document(root)
 
 

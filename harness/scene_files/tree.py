@@ -117,9 +117,9 @@ def tree_of(case: Case) -> Tree:
     scene, at_zero = form.build(state, parameters), form.build((0.0,) * len(state), parameters)
     if unnamed := [name for name in LAWS if getattr(scene, name)]:
         raise ValueError(f"{case.id}: its scene has {', '.join(unnamed)}, which its tokens do not name")
-    found = form.observe(readings_of(scene), parameters)
+    observed = form.observe(readings_of(scene), parameters)
     size = max(map(abs, (*state, 1.0, *(x for body in scene.bodies for x in (*body.velocity, *body.angular_velocity)))))
-    if any(abs(a - b) > ROUNDING * size for a, b in zip(found, state, strict=True)):
+    if any(abs(a - b) > ROUNDING * size for a, b in zip(observed, state, strict=True)):
         raise ValueError(
             f"{case.id}: its start is no state of rigid bodies, for example its attitude is not a rotation"
         )
@@ -144,7 +144,7 @@ def tree_of(case: Case) -> Tree:
 def _parents_first(scene: Scene) -> list[Hinge | Slider]:
     """The joints, each after the one that carries its parent."""
     waiting: list[Hinge | Slider] = [*scene.sliders, *scene.hinges]
-    found: list[Hinge | Slider] = []
+    ordered: list[Hinge | Slider] = []
     known = {""}
     while waiting:
         ready = [joint for joint in waiting if joint.parent in known]
@@ -152,10 +152,10 @@ def _parents_first(scene: Scene) -> list[Hinge | Slider]:
             raise ValueError(
                 f"joint {waiting[0].name}: its parent {waiting[0].parent} hangs from no joint of the scene"
             )
-        found += ready
+        ordered += ready
         known |= {joint.body for joint in ready}
         waiting = [joint for joint in waiting if joint not in ready]
-    return found
+    return ordered
 
 
 def _add_joint(body: Body, joint: Hinge | Slider, links: Mapping[str, Link]) -> Link:
@@ -204,18 +204,18 @@ def _halve_arm(link: Link, lever: Vector) -> Link:
         return link
     moment = link.mass * dot(lever, lever) / 2
     half = along(ORIGIN, link.centre, 0.5)
-    said = f"{link.name}: a point mass m at distance L is twice the mass at L/2 with moments m L^2/2: the same motion"
-    return replace(link, mass=2 * link.mass, centre=half, inertia=(moment,) * 3, replaced=said)
+    note = f"{link.name}: a point mass m at distance L is twice the mass at L/2 with moments m L^2/2: the same motion"
+    return replace(link, mass=2 * link.mass, centre=half, inertia=(moment,) * 3, replaced=note)
 
 
 def _without_turning(link: Link) -> Link:
     """Moments of 1 kg m^2 for 1 kg: no torque acts on the point mass, and its attitude is not read."""
     if any(link.inertia):
         return link
-    said = (
+    note = (
         f"{link.name}: a point mass has moments of 1 m^2 times its mass: it does not turn, so that they have no effect"
     )
-    return replace(link, inertia=(link.mass,) * 3, replaced=said)
+    return replace(link, inertia=(link.mass,) * 3, replaced=note)
 
 
 def _with_least(link: Link, lever: Vector) -> Link:
@@ -223,8 +223,8 @@ def _with_least(link: Link, lever: Vector) -> Link:
     if any(link.inertia):
         return link
     share = LEAST / (link.mass * dot(lever, lever))
-    said = (
+    note = (
         f"{link.name}: a point mass has moments of {LEAST} kg m^2, as parsers refuse zero: not exact, {share:.0e} of its"
         " moment about the hinge"
     )
-    return replace(link, inertia=(LEAST,) * 3, replaced=said)
+    return replace(link, inertia=(LEAST,) * 3, replaced=note)

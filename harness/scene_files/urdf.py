@@ -20,13 +20,13 @@ USE = (
 
 def missing(tree: Tree) -> list[str]:
     """What the file cannot say, and where it is."""
-    found = [
+    lines = [
         "gravity: in `gravity` of the manifest",
         "the start: in `start` of the manifest; the file has coordinate zero",
     ]
     if tree.touches:
-        found.append("planes, friction and restitution: in `contacts` of the manifest")
-    return found
+        lines.append("planes, friction and restitution: in `contacts` of the manifest")
+    return lines
 
 
 def text(tree: Tree) -> str:
@@ -44,8 +44,7 @@ def _add(root: Element, link: Link) -> None:
     SubElement(inertial, "origin", xyz=numbers(link.centre), rpy="0 0 0")
     SubElement(inertial, "mass", value=number(link.mass))
     names = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
-    moments = zip(names, map(number, (*link.inertia, *ORIGIN)), strict=True)
-    SubElement(inertial, "inertia", dict(moments))
+    SubElement(inertial, "inertia", dict(zip(names, map(number, (*link.inertia, *ORIGIN)), strict=True)))
     if link.radius is not None or link.half_extents is not None:
         geometry = SubElement(SubElement(element, "collision"), "geometry")
         if link.radius is not None:

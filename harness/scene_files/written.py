@@ -107,5 +107,5 @@ def _manifest(case: Case, tree: Tree, form: str, files: dict[str, str]) -> dict[
 
 def _start(link: Link) -> dict[str, Any]:
     """Of the body's `point` in the link's frame, as the columns of the motion."""
-    found: dict[str, Any] = {"joint": link.joint, "frame": link.place, "quaternion": link.attitude, "point": link.point}
-    return found | {"velocity": link.velocity, "angular_velocity": link.spin}
+    parts: dict[str, Any] = {"joint": link.joint, "frame": link.place, "quaternion": link.attitude, "point": link.point}
+    return parts | {"velocity": link.velocity, "angular_velocity": link.spin}
