@@ -30,11 +30,11 @@ def context(method: str = "forkserver") -> Any:
     if method != "forkserver":
         return multiprocessing.get_context(method)
     os.environ[SERVER_FAILURE] = str(_failure_file())
-    found = multiprocessing.get_context(method)
-    found.set_forkserver_preload(["gnomon.harness.running.preload"])
+    processes = multiprocessing.get_context(method)
+    processes.set_forkserver_preload(["gnomon.harness.running.preload"])
     with interrupts_ignored():
         forkserver.ensure_running()
-    return found
+    return processes
 
 
 def _failure_file() -> Path:
@@ -71,8 +71,8 @@ def starting(main: bool = True) -> Iterator[None]:
     except (EOFError, ConnectionError):
         reason = "it ended without a reason: it was killed, or a library that it imports crashed"
         with contextlib.suppress(OSError):
-            told = _failure_file().read_text(encoding="utf-8")
-            reason = f"{told}; correct this, or the environment that leads to it"
+            failure = _failure_file().read_text(encoding="utf-8")
+            reason = f"{failure}; correct this, or the environment that leads to it"
             _failure_file().unlink()
         raise ServerFailed(f"the server of the worker processes cannot start: {reason}") from None
     finally:
@@ -171,8 +171,8 @@ def rely_on_guard() -> None:
     _has_guard = True
 
 
-def leave_server(kept: int) -> None:
-    """Close the pipes to the server that forked this process and to its resource tracker, except `kept`.
+def leave_server(spared: int) -> None:
+    """Close the pipes to the server that forked this process and to its resource tracker, except `spared`.
 
     The child of a guard does not need them, and the server would end on a message that is written to one by mistake.
     """
@@ -181,7 +181,7 @@ def leave_server(kept: int) -> None:
     server, tracker = server._forkserver, tracker._resource_tracker
     inherited = (server._forkserver_alive_fd, tracker._fd, *(server._inherited_fds or ()))
     server._forkserver_alive_fd = tracker._fd = server._inherited_fds = None
-    for descriptor in {one for one in inherited if one is not None} - {kept}:
+    for descriptor in {descriptor for descriptor in inherited if descriptor is not None} - {spared}:
         with contextlib.suppress(OSError):
             os.close(descriptor)
 
@@ -220,14 +220,14 @@ def run_delays() -> dict[str, int] | None:
 
     The threads are of this process and of its children in KEPT.
     """
-    found: dict[str, int] = {}
+    delays: dict[str, int] = {}
     for process in ("self", *KEPT):
         folder = f"/proc/{process}/task"
         with contextlib.suppress(OSError):
             for thread in os.listdir(folder):
                 with contextlib.suppress(OSError, ValueError, IndexError):  # a thread may just have ended
-                    found[thread] = _read_scheduled(f"{folder}/{thread}")[1]
-    return found or None
+                    delays[thread] = _read_scheduled(f"{folder}/{thread}")[1]
+    return delays or None
 
 
 def processor_time(process: int) -> float:
@@ -262,11 +262,11 @@ def _kill(process: int) -> None:
 
 def _children(process: int | str = "self") -> list[int]:
     """The children of a process, of any of its threads; empty if the system does not list them."""
-    found: list[int] = []
+    children: list[int] = []
     for path in Path(f"/proc/{process}/task").glob("*/children"):
         with contextlib.suppress(OSError):
-            found += map(int, path.read_text().split())
-    return found
+            children += map(int, path.read_text().split())
+    return children
 
 
 def quiet_child() -> None:

@@ -11,8 +11,8 @@ def read_text(path: Path, most: int = MOST_BYTES) -> str:
     Raises ValueError, which names the file, for anything else, and for text that is not UTF-8.
     """
     if not path.is_file():
-        found = "a folder, a pipe or a device" if path.exists() else "no such file"
-        raise ValueError(f"{path}: {found}; give a text file")
+        obstacle = "a folder, a pipe or a device" if path.exists() else "no such file"
+        raise ValueError(f"{path}: {obstacle}; give a text file")
     with path.open("rb") as file:
         content = file.read(most + 1)
     if len(content) > most:

@@ -8,21 +8,21 @@ from gnomon.reference.storage import cachefolder
 
 def limitations() -> dict[str, str]:
     """The abilities that this system lacks, and the consequence in one line each; empty on Linux."""
-    found = {}
+    lacking = {}
     if not hasattr(os, "fork"):
-        found["worker processes"] = "none, they need fork: no `gnomon run` and no `gnomon verify`; use WSL"
+        lacking["worker processes"] = "none, they need fork: no `gnomon run` and no `gnomon verify`; use WSL"
     elif sys.platform != "linux":
-        found["memory limit of trials"] = "none: the system enforces no limit of the address space (RLIMIT_AS)"
-        found["processes of an integrator"] = (
+        lacking["memory limit of trials"] = "none: the system enforces no limit of the address space (RLIMIT_AS)"
+        lacking["processes of an integrator"] = (
             "not killed if they leave the process group of their worker; programs of --command not if started before the run"
         )
-        found["waits for the processor"] = "not measured: on a busy machine they count towards time limits"
-        found["processor time of an integrator"] = (
+        lacking["waits for the processor"] = "not measured: on a busy machine they count towards time limits"
+        lacking["processor time of an integrator"] = (
             "not measured by `gnomon verify`: a hang ends after ten times its limit"
         )
     if not cachefolder.KEEPS:
-        found["kept results"] = "none, as no folder can be verified: each process computes and compiles anew"
-    return found
+        lacking["kept results"] = "none, as no folder can be verified: each process computes and compiles anew"
+    return lacking
 
 
 def need_fork() -> None:

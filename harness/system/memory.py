@@ -38,9 +38,9 @@ def _limits(cgroups: Path, own: Path) -> Iterator[int]:
         else:
             continue
         below = Path(path.lstrip("/"))
-        for one in (below, *below.parents):
+        for group in (below, *below.parents):
             with contextlib.suppress(OSError, ValueError):  # no such file, or "max"
-                yield int((folder / one / name).read_text())
+                yield int((folder / group / name).read_text())
 
 
 def address_space_bytes() -> int:

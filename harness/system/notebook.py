@@ -7,9 +7,9 @@ from typing import Any
 
 def view(text: str, plot: Callable[[], Any]) -> dict[str, Any]:
     """The contents by their MIME type, as Jupyter takes them; `plot` raises ValueError where there is no picture."""
-    found: dict[str, Any] = {"text/plain": text, "text/html": f"<pre>{html.escape(text)}</pre>"}
+    contents: dict[str, Any] = {"text/plain": text, "text/html": f"<pre>{html.escape(text)}</pre>"}
     try:
         chart = plot()._repr_mimebundle_()
     except ValueError:
-        return found
-    return found | dict(chart[0] if isinstance(chart, tuple) else chart)
+        return contents
+    return contents | dict(chart[0] if isinstance(chart, tuple) else chart)

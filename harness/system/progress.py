@@ -35,9 +35,9 @@ class Remaining(ProgressColumn):
     """The remaining time, from the work done."""
 
     def render(self, task: Task) -> Text:
-        found = remaining_seconds(task.elapsed or 0.0, task.fields["done"], task.fields["work"])
-        minutes, seconds = divmod(round(found or 0.0), 60)
-        return Text("-:--:--" if found is None else f"{minutes // 60}:{minutes % 60:02}:{seconds:02}")
+        remaining = remaining_seconds(task.elapsed or 0.0, task.fields["done"], task.fields["work"])
+        minutes, seconds = divmod(round(remaining or 0.0), 60)
+        return Text("-:--:--" if remaining is None else f"{minutes // 60}:{minutes % 60:02}:{seconds:02}")
 
 
 class Progress:

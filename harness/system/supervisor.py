@@ -306,7 +306,7 @@ class Supervisor:
         """End a child, without waiting for its end."""
         self.children.remove(child)
         child.end()
-        self._ending = [one for one in (*self._ending, child) if one.process.exitcode is None]
+        self._ending = [ending for ending in (*self._ending, child) if ending.process.exitcode is None]
 
 
 def _begin(
@@ -396,11 +396,11 @@ def _call(function: Callable[[Any], Any], connection: Connection) -> None:
         while True:
             item = connection.recv()
             try:
-                found = function(item)
+                answer = function(item)
             except BaseException as error:
                 error.add_note("".join(traceback.format_exception(error)))
-                found = error
-            write(connection.fileno(), frame(b"", pickle.dumps(found)))
+                answer = error
+            write(connection.fileno(), frame(b"", pickle.dumps(answer)))
 
 
 def require(result: Any) -> Any:
