@@ -48,8 +48,8 @@ def __getattr__(name: str) -> Any:
         return import_module(f"gnomon.{name}")
     if name not in _MODULES:
         raise AttributeError(f"module 'gnomon' has no attribute {name!r}")
-    found = globals()[name] = getattr(import_module(_MODULES[name]), name)
-    return found
+    attribute = globals()[name] = getattr(import_module(_MODULES[name]), name)
+    return attribute
 
 
 def __dir__() -> list[str]:

@@ -231,15 +231,15 @@ class Comparison:
             yield f"{', '.join(dict.fromkeys(names))}: {reason}"
 
     def _series(self) -> dict[Names, list[dict[str, Any]]]:
-        found: dict[Names, list[dict[str, Any]]] = {}
+        series: dict[Names, list[dict[str, Any]]] = {}
         for row in tidy(self.rows):
-            found.setdefault(tuple(row[name] for name in SERIES), []).append(row)
-        return found
+            series.setdefault(tuple(row[name] for name in SERIES), []).append(row)
+        return series
 
     def _table(self) -> Table:
-        found = self._series()
-        several = len({key[:3] for key in found}) > 1
-        where = "" if several or not found else f"{problem_name(*next(iter(found))[:3])}: "
+        by_series = self._series()
+        several = len({key[:3] for key in by_series}) > 1
+        where = "" if several or not by_series else f"{problem_name(*next(iter(by_series))[:3])}: "
         title = f"{where}time at equal error"
         table = Table(box=SIMPLE_HEAD, padding=(0, 1), title=title, title_justify="left")
         for name in (*(["problem"] if several else []), "integrator"):
@@ -248,7 +248,7 @@ class Comparison:
             table.add_column(f"at {power_text(target)}", justify="right", no_wrap=True)
         table.add_column("least error", justify="right", no_wrap=True)
         table.add_column("not solved")
-        for key, series in found.items():
+        for key, series in by_series.items():
             problem = [problem_name(*key[:3])] if several else []
             table.add_row(*problem, escape(key[3]), *_cells(series))
         return table
@@ -363,34 +363,34 @@ def compare(*problem: Any, settings: Any = None, **named: Any) -> Comparison:
     True
     """
     progress = Progress(quiet=not has_terminal())
-    given = _arguments(problem, named)
-    found = lookup.find_all([_integrator(one) for one in _several(given["integrators"], "integrators")])
-    limit, launches = given.get("limit_seconds", 1.0), given.get("launches", 1)
+    arguments = _arguments(problem, named)
+    integrators = lookup.find_all([_integrator(item) for item in _several(arguments["integrators"], "integrators")])
+    limit, launches = arguments.get("limit_seconds", 1.0), arguments.get("launches", 1)
     if not isinstance(limit, Real) or not 0 < float(limit) < math.inf:
         raise ValueError(f"limit_seconds={limit!r}: give a positive number of seconds")
     if not isinstance(launches, int) or launches < 1:
         raise ValueError(f"launches={launches!r}: give a whole number from 1 on")
     own: tuple[OwnSystem, ...] = ()
-    if "fun" in given:
-        own = (_system(given, progress),)
+    if "fun" in arguments:
+        own = (_system(arguments, progress),)
         chosen: list[tuple[Case, str]] = [(own[0], "")]
     else:
-        chosen = [pair for case in _several(given["cases"], "cases") for pair in _case(case)]
+        chosen = [pair for case in _several(arguments["cases"], "cases") for pair in _case(case)]
     suite = plan.suite("foundation").within(float(limit)).change(
         name="compare", launches=launches, timing_spans=False,
-        settings={} if settings is None else choose_settings(settings, found),
+        settings={} if settings is None else choose_settings(settings, integrators),
     )  # fmt: skip
     folder = tempfile.TemporaryDirectory(dir=temporary_folder())
-    return Comparison(reading.rows(run(folder.name, suite, chosen, found, progress)), folder, own)
+    return Comparison(reading.rows(run(folder.name, suite, chosen, integrators, progress)), folder, own)
 
 
-def _system(given: Mapping[str, Any], progress: Progress) -> OwnSystem:
+def _system(named: Mapping[str, Any], progress: Progress) -> OwnSystem:
     """The user's equations with their reference."""
-    events = given.get("events")
+    events = named.get("events")
     located = list(events) if isinstance(events, Sequence) else [] if events is None else [events]
-    arguments = Arguments(tuple(given.get("args") or ()))
-    stated = Stated(given["fun"], arguments, located, bool(given.get("accelerations")))
-    return make_system(stated, given["t_span"], given["y0"], told=progress.tell)
+    arguments = Arguments(tuple(named.get("args") or ()))
+    stated = Stated(named["fun"], arguments, located, bool(named.get("accelerations")))
+    return make_system(stated, named["t_span"], named["y0"], told=progress.tell)
 
 
 COMMON = ("limit_seconds", "launches")
@@ -400,9 +400,9 @@ STATED = ("args", "events", "accelerations")
 """The further arguments of equations."""
 
 
-def _arguments(given: Sequence[Any], named: Mapping[str, Any]) -> dict[str, Any]:
+def _arguments(values: Sequence[Any], named: Mapping[str, Any]) -> dict[str, Any]:
     """The arguments by name. Raises ValueError, with the way to call, for others."""
-    first = given[0] if given else named.get("fun")
+    first = values[0] if values else named.get("fun")
     is_equations = "fun" in named or isinstance(first, Form) or (callable(first) and not isinstance(first, type))
     names = EQUATIONS if is_equations else CASES
     for name in STATED if not is_equations else ():
@@ -410,36 +410,36 @@ def _arguments(given: Sequence[Any], named: Mapping[str, Any]) -> dict[str, Any]
             raise ValueError(
                 f"{name}={named[name]!r}: belongs to own equations: compare(fun, t_span, y0, integrators, {name}=...)"
             )
-    found = dict(zip((*names, *COMMON), given, strict=False)) | dict(named)
+    arguments = dict(zip((*names, *COMMON), values, strict=False)) | dict(named)
     known = {*names, *COMMON, *(STATED if is_equations else ())}
-    if len(given) > len(names) + len(COMMON) or not set(names) <= set(found) <= known:
+    if len(values) > len(names) + len(COMMON) or not set(names) <= set(arguments) <= known:
         raise ValueError(
             "write compare(cases, integrators), or compare(fun, t_span, y0, integrators) for own equations"
         )
-    return found
+    return arguments
 
 
-def _several(given: Any, name: str) -> list[Any]:
+def _several(value: Any, name: str) -> list[Any]:
     """The items of a sequence, or the only one; raises ValueError for none, and for what is no sequence."""
-    if isinstance(given, str | Case | Integrator | type) or hasattr(given, "case"):
-        return [given]
-    if not isinstance(given, Sequence | set | frozenset | tuple) or not len(given):
-        raise ValueError(f"{name}={given!r}: give a name, or a list of names")
-    return list(given)
+    if isinstance(value, str | Case | Integrator | type) or hasattr(value, "case"):
+        return [value]
+    if not isinstance(value, Sequence | set | frozenset | tuple) or not len(value):
+        raise ValueError(f"{name}={value!r}: give a name, or a list of names")
+    return list(value)
 
 
-def _case(given: Any) -> list[tuple[Case, str]]:
-    found = getattr(given, "case", given)
-    if isinstance(found, str):
-        return selection.choose([found], False)
-    if isinstance(found, type) and issubclass(found, Case):
-        found = found()
-    if not isinstance(found, Case):
-        raise ValueError(f"cases: {given!r} is not a case; give a name of gnomon.list_cases(), or gnomon.case(...)")
-    return [(found.rounded(), "")]
+def _case(item: Any) -> list[tuple[Case, str]]:
+    case = getattr(item, "case", item)
+    if isinstance(case, str):
+        return selection.choose([case], False)
+    if isinstance(case, type) and issubclass(case, Case):
+        case = case()
+    if not isinstance(case, Case):
+        raise ValueError(f"cases: {item!r} is not a case; give a name of gnomon.list_cases(), or gnomon.case(...)")
+    return [(case.rounded(), "")]
 
 
-def _integrator(given: Any) -> Any:
-    if not (isinstance(given, str | Integrator) or (isinstance(given, type) and issubclass(given, Integrator))):
-        raise ValueError(f"integrators: {given!r} is not an integrator; give an id of gnomon.list_integrators()")
-    return given
+def _integrator(item: Any) -> Any:
+    if not (isinstance(item, str | Integrator) or (isinstance(item, type) and issubclass(item, Integrator))):
+        raise ValueError(f"integrators: {item!r} is not an integrator; give an id of gnomon.list_integrators()")
+    return item
