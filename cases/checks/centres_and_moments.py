@@ -123,13 +123,13 @@ class MomentEquipollent(Check):
         # In rational numbers, so that zeros are exact.
         F, M, Q = (tuple(self.parameters[name + k] for k in "xyz") for name in "FMQ")
         square = dot(F, F)
-        found = {
+        numbers = {
             **named("moment_Q", subtract(M, cross(Q, F))),
             "pitch": dot(F, M) / square,
             **named("axis", scale(1 / square, cross(F, M))),
             **named("momentum_O", add(M, cross(Q, F))),
         }
-        return {name: ball(value) for name, value in found.items()}
+        return {name: ball(value) for name, value in numbers.items()}
 
     def otherwise(self, mp: Any, p: Any) -> Mapping[str, Any]:
         """The wrench from four linear equations; the moments from its force along its axis."""

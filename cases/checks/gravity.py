@@ -79,8 +79,8 @@ class GravityFieldParticleBody(Check):
 
     def sizes(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """The field inside the shell is zero: its size is the field just outside."""
-        found = super().sizes(values)
-        return found | {"shell": found["shell"] if values["shell"] else float(self._shell_scale)}
+        sizes = super().sizes(values)
+        return sizes | {"shell": sizes["shell"] if values["shell"] else float(self._shell_scale)}
 
     def otherwise(self, mp: Any, p: Any) -> Mapping[str, Any]:
         """Newton's law integrated over the bodies: quadratures over particles, and over rings of them."""
@@ -132,8 +132,8 @@ class GravityFieldParticleBody(Check):
             cosine = (p.r**2 + D**2 - p.a**2) / (2 * p.r * D)
             return [share * cosine / D**2, -share / D]
 
-        found = integral(mp, ring, unit_steps(low, high))
-        return found[0], found[1]
+        field = integral(mp, ring, unit_steps(low, high))
+        return field[0], field[1]
 
     def _sphere(self, mp: Any, p: Any) -> tuple[Any, Any]:
         """From discs normal to the line to the field point; the disc at x has radius sqrt(a^2 - x^2)."""
@@ -150,8 +150,8 @@ class GravityFieldParticleBody(Check):
         if p.r < p.a:
             # The disc through the field point separates the discs that pull inward from those that pull outward.
             edges.insert(1, mp.sqrt(p.a**2 - p.r**2))
-        found = integral(mp, discs, edges)
-        return found[0], found[1]
+        field = integral(mp, discs, edges)
+        return field[0], field[1]
 
 
 class WeightLocalGravity(Check):

@@ -73,13 +73,13 @@ class InertiaTensorSpecialBodies(Check):
 
     def otherwise(self, mp: Any, p: Any) -> Mapping[str, Any]:
         """Quadrature over the volume of each body: the centre of mass, then the tensor."""
-        found: dict[str, Any] = {}
+        moments: dict[str, Any] = {}
         for name, body in bodies.BODIES.items():
             points = bodies.masses(mp, body, [getattr(p, size) for size in body.sizes])
             origin = (0, 0, 0) if body.about_origin else bodies.centre(mp, points)
             tensor = bodies.second_moments(mp, points, origin)
-            found |= named(name, [p.m * tensor[i][i] for i in range(3)])
-        return found
+            moments |= named(name, [p.m * tensor[i][i] for i in range(3)])
+        return moments
 
 
 class InertiaCompositeParallelAxis(Check):

@@ -139,12 +139,12 @@ class MomentMomentumMovingPoint(Check):
         Q, Q_velocity = add(q, scale(t, u), scale(t * t / 2, c)), add(u, scale(t, c))
         arm = subtract(centre, Q)
         moment = cross(arm, scale(mass, weight))
-        found = {
+        numbers = {
             **named("moment", moment),
             **named("rate", subtract(moment, cross(Q_velocity, momentum))),
             **named("relative_rate", subtract(moment, cross(arm, scale(mass, c)))),
         }
-        return {name: ball(value) for name, value in found.items()}
+        return {name: ball(value) for name, value in numbers.items()}
 
     def otherwise(self, mp: Any, p: Any) -> Mapping[str, Any]:
         """Rates of H_Q from the motion of both particles, by differences of positions and of H_Q."""
@@ -239,8 +239,8 @@ class InternalPotentialEnergy(Check):
 
     def sizes(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """Energies of gravitation and springs can cancel: the size of the sum is at least a force times a length."""
-        found = super().sizes(values)
-        return found | {"energy": found["energy"] + abs(values["force1.x"]) * 1e-3}
+        sizes = super().sizes(values)
+        return sizes | {"energy": sizes["energy"] + abs(values["force1.x"]) * 1e-3}
 
     def otherwise(self, mp: Any, p: Any) -> Mapping[str, Any]:
         """The energy as a sum over pairs, a function of all nine coordinates; the forces by central differences."""
@@ -264,5 +264,5 @@ class InternalPotentialEnergy(Check):
                 there[n] += h
                 back[n] -= h
                 slopes.append(-(energy(there) - energy(back)) / (2 * h))
-        found = {k: v for n in range(3) for k, v in named(f"force{n + 1}", slopes[3 * n : 3 * n + 3]).items()}
-        return {"energy": energy(start), **found}
+        forces = {k: v for n in range(3) for k, v in named(f"force{n + 1}", slopes[3 * n : 3 * n + 3]).items()}
+        return {"energy": energy(start), **forces}

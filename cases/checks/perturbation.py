@@ -60,8 +60,8 @@ class ProjectileCoriolisFirstOrder(Check):
 
     def sizes(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """A lateral deflection has the size of the whole deflection."""
-        found = super().sizes(values)
-        return found | dict.fromkeys(("lateral", "lateral_mirrored"), found["coriolis.x"])
+        sizes = super().sizes(values)
+        return sizes | dict.fromkeys(("lateral", "lateral_mirrored"), sizes["coriolis.x"])
 
     def otherwise(self, mp: Any, p: Any) -> Mapping[str, Any]:
         """The exponential of the linear equations of motion, and its derivative by Om at Om = 0."""

@@ -118,15 +118,15 @@ class GeneralizedImpulse(Check):
     guard = 60
 
     def formulas(self, p: Any) -> Mapping[str, Any]:
-        found = rates((p.m1, p.m2), (p.L1, p.L2), (p.th1, p.th2), p.P, p.d)
-        struck = p.P * (p.L1 * p.th1.cos() * found[0] + p.d * p.th2.cos() * found[1])
-        return {"first_rate": found[0], "second_rate": found[1], "energy": struck / 2}
+        first, second = rates((p.m1, p.m2), (p.L1, p.L2), (p.th1, p.th2), p.P, p.d)
+        struck = p.P * (p.L1 * p.th1.cos() * first + p.d * p.th2.cos() * second)
+        return {"first_rate": first, "second_rate": second, "energy": struck / 2}
 
     def sizes(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """The first rate can vanish: its size is then the joint's speed due to the second rod."""
-        found = super().sizes(values)
+        sizes = super().sizes(values)
         ratio = float(self.parameters["L2"] / self.parameters["L1"])
-        return found | {"first_rate": found["first_rate"] + 1e-3 * ratio * found["second_rate"]}
+        return sizes | {"first_rate": sizes["first_rate"] + 1e-3 * ratio * sizes["second_rate"]}
 
     def otherwise(self, mp: Any, p: Any) -> Mapping[str, Any]:
         """Newton's and Euler's laws for each rod with the impulses of pivot and joint: ten linear equations."""

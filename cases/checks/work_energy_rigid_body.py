@@ -86,7 +86,7 @@ class WorkEnergyRigidBody(Check):
         rise = n["vz"] - n["g"] * n["t"]
         turning = sum((n["I" + k] * n["w" + k] ** 2 for k in "123"), Fraction(0)) / 2
         moving = n["m"] * (n["vx"] ** 2 + n["vy"] ** 2 + rise**2) / 2
-        found = {
+        numbers = {
             "translational": moving,
             "rotational": turning,
             "kinetic": moving + turning,
@@ -100,7 +100,7 @@ class WorkEnergyRigidBody(Check):
         across = (p.p_phi - p.p_psi * cosine) / sine
         start = (p.A * p.rate * p.rate + across * across / p.A + p.p_psi * p.p_psi / p.C) / 2
         work = 2 * p.W * ((theta + p.theta) / 2).sin() * ((theta - p.theta) / 2).sin()
-        return {name: ball(value) for name, value in found.items()} | {
+        return {name: ball(value) for name, value in numbers.items()} | {
             "top_kinetic": start + work,
             "top_power": p.W * theta.sin() * rate,
             "top_work": work,
@@ -189,8 +189,8 @@ def _energies(mp: Any, particles: Particles, t: Fraction, digits: int) -> tuple[
     def energy(time: Fraction) -> Any:
         before, after = particles(time - step), particles(time + step)
         return mp.fsum(
-            mp.mpf(mass) / 2 * mp.fsum(((b - a) / (2 * mp.mpf(step))) ** 2 for a, b in zip(one, other, strict=True))
-            for (mass, one), (_, other) in zip(before, after, strict=True)
+            mp.mpf(mass) / 2 * mp.fsum(((b - a) / (2 * mp.mpf(step))) ** 2 for a, b in zip(earlier, later, strict=True))
+            for (mass, earlier), (_, later) in zip(before, after, strict=True)
         )
 
     now = energy(t)

@@ -69,12 +69,12 @@ class WorkConstantLinearCoulomb(Check):
 
     def sizes(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """Work that vanishes has the size of the spring's energy or of force times radius."""
-        found = super().sizes(values)
+        sizes = super().sizes(values)
         n = {name: float(value) for name, value in self.parameters.items()}
         force = sum(abs(n[f"F{axis}"]) for axis in "xyz")
-        found["constant"] = max(found["constant"], force * n["R"])
-        found["spring"] = max(found["spring"], n["k"] / 2 * (n["R"] - n["l"]) ** 2, n["k"] * n["R"] ** 2 * 1e-3)
-        return found
+        sizes["constant"] = max(sizes["constant"], force * n["R"])
+        sizes["spring"] = max(sizes["spring"], n["k"] / 2 * (n["R"] - n["l"]) ** 2, n["k"] * n["R"] ** 2 * 1e-3)
+        return sizes
 
     def otherwise(self, mp: Any, p: Any) -> Mapping[str, Any]:
         """Force times displacement, integrated along each path."""
@@ -172,9 +172,9 @@ class ConservativeForceTest(Check):
 
     def sizes(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """The work on the helix has the size of its potential."""
-        found = super().sizes(values)
+        sizes = super().sizes(values)
         R, height = float(self.parameters["R"]), float(self.parameters["phi"]) / 6.283185307179586
-        return found | {"potential": R**3 + R * height**3}
+        return sizes | {"potential": R**3 + R * height**3}
 
     def otherwise(self, mp: Any, p: Any) -> Mapping[str, Any]:
         """Force times displacement, integrated along each path."""

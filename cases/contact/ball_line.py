@@ -186,7 +186,7 @@ class _BallLineCase(Case):
 
     def list_events(self, digits: int) -> tuple[Event, ...]:
         """One for each impact, named by the balls."""
-        found, legs = [], self.exact_motion.legs
+        events, legs = [], self.exact_motion.legs
         for before, after in itertools.pairwise(legs):
             if after.time > self.span:
                 break
@@ -194,8 +194,8 @@ class _BallLineCase(Case):
             places = published(after.places, digits)
             there = places + published(before.velocities, digits), places + published(after.velocities, digits)
             name = f"impact_{after.pair + 1}{after.pair + 2}"
-            found.append(Event(published((after.time,), digits)[0], name, *there))
-        return tuple(found)
+            events.append(Event(published((after.time,), digits)[0], name, *there))
+        return tuple(events)
 
     def same_course(self, other: Case) -> bool:
         return [event.name for event in other.events()] == [event.name for event in self.events()]

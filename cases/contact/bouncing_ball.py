@@ -160,16 +160,16 @@ class BouncingBall(Case):
         motion, zero, e = self.exact_motion, mpf(0), self.e
         end = Fraction(float(self.times[-1]))
         impacts = motion.impact_list(Fraction(1e-9 * self.time_scale), end, digits)
-        found = []
+        events = []
         before = after = (zero, zero)
         for n, (time, speed) in enumerate(impacts, start=1):
             if n == 1 or e < 1:
                 # fneg: a minus sign would round to the caller's precision
                 before, after = (zero, fneg(speed, exact=True)), (zero, motion.speed_after(n, digits))
-            found.append(Event(time, "bounce", before, after))
+            events.append(Event(time, "bounce", before, after))
         if e < 1 and not motion.rests and motion.impacts(end) is None:
-            found.append(Event(motion.limit_time(digits), "limit", (zero, zero), (zero, zero)))
-        return tuple(found)
+            events.append(Event(motion.limit_time(digits), "limit", (zero, zero), (zero, zero)))
+        return tuple(events)
 
     def between(self, t: float) -> Between:
         """In closed form, also for events that are not listed."""
@@ -202,14 +202,14 @@ class BouncingBall(Case):
         """`bounces`: the number of impacts within the span; infinite if it includes the limit."""
         motion = self.exact_motion
         count = motion.impacts(self.span)
-        found = {"bounces": mpf(0 if motion.rests else "inf" if count is None else count)}
+        quantities = {"bounces": mpf(0 if motion.rests else "inf" if count is None else count)}
         if not motion.rests:
-            found |= {"first_impact": motion.impact_time(1, digits), "impact_speed": motion.impact_speed(digits)}
+            quantities |= {"first_impact": motion.impact_time(1, digits), "impact_speed": motion.impact_speed(digits)}
         if self.e < 1:
-            found |= {"t_inf": motion.limit_time(digits), "path_length": motion.path_length(digits)}
+            quantities |= {"t_inf": motion.limit_time(digits), "path_length": motion.path_length(digits)}
         elif not motion.rests:
-            found["period"] = motion.flight_time(1, digits)
-        return found
+            quantities["period"] = motion.flight_time(1, digits)
+        return quantities
 
     def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]] | None:
         return super().reversed(state) if self.e == 1 and state[0] > 0 else None

@@ -139,12 +139,12 @@ class BouncingBallIncline(Case):
 
     def list_events(self, digits: int) -> tuple[Event, ...]:
         """Impacts, and the `limit` after which the ball slides."""
-        found = []
+        events = []
         for event in self._ball.events(digits):
             x, vx = self.exact_motion.place(event.time, digits)
             (y, vy), (later, after) = event.before, event.after
-            found.append(Event(event.time, event.name, (x, y, vx, vy), (x, later, vx, after)))
-        return tuple(found)
+            events.append(Event(event.time, event.name, (x, y, vx, vy), (x, later, vx, after)))
+        return tuple(events)
 
     def between(self, t: float) -> Between:
         return self._ball.between(t)
@@ -154,8 +154,8 @@ class BouncingBallIncline(Case):
 
     def derived(self, digits: int) -> dict[str, Any]:
         """Quantities of the motion normal to the incline; position and speed at which sliding begins."""
-        found = {k: v for k, v in self._ball.quantities(digits).items() if k != "path_length"}
-        if "t_inf" in found:
+        quantities = {k: v for k, v in self._ball.quantities(digits).items() if k != "path_length"}
+        if "t_inf" in quantities:
             x, vx = self.exact_motion.place(self._ball.exact_motion.limit_time(2 * digits), digits)
-            found |= {"slide_x": x, "slide_speed": vx}
-        return found
+            quantities |= {"slide_x": x, "slide_speed": vx}
+        return quantities

@@ -105,22 +105,22 @@ class ChatteringBall(Case):
 
     def list_events(self, digits: int) -> tuple[Event, ...]:
         """In each bout `bounce` up to the first flight shorter than `settle`, then `limit`; after it `release`."""
-        zero, found, motion = mpf(0), list[Event](), self.exact_motion
+        zero, events, motion, end = mpf(0), list[Event](), self.exact_motion, self.span
         for bout, (count, rests) in enumerate(self.counts):
             if bout:
-                found.append(Event(motion.release_time(bout, self.span, digits), "release", (zero, zero), (zero, zero)))
+                events.append(Event(motion.release_time(bout, end, digits), "release", (zero, zero), (zero, zero)))
             for n in range(1, count + 1):
-                time, before, after = motion.bounce(bout, n, self.span, digits)
-                found.append(Event(time, "bounce", (zero, before), (zero, after)))
+                time, before, after = motion.bounce(bout, n, end, digits)
+                events.append(Event(time, "bounce", (zero, before), (zero, after)))
             if rests:
-                found.append(Event(motion.rest_time(bout, self.span, digits), "limit", (zero, zero), (zero, zero)))
-        return tuple(found)
+                events.append(Event(motion.rest_time(bout, end, digits), "limit", (zero, zero), (zero, zero)))
+        return tuple(events)
 
     def scales(self) -> dict[str, float]:
         """The fastest bounce besides samples."""
-        found = super().scales()
+        scales = super().scales()
         bounces = [abs(float(event.before[1])) for event in self.events(15)]
-        return found | {"velocity": max([found["velocity"], *bounces])}
+        return scales | {"velocity": max([scales["velocity"], *bounces])}
 
     def same_course(self, other: Case) -> bool:
         return isinstance(other, type(self)) and [c[1] for c in other.counts] == [c[1] for c in self.counts]

@@ -151,16 +151,16 @@ class CoulombFrictionOscillator(Case):
 
     def list_events(self, digits: int) -> tuple[Event, ...]:
         """`turn_right` ends a motion to the right, `turn_left` one to the left; after the last one the mass stays."""
-        motion, found, turn = self.exact_motion, list[Event](), 1
+        motion, events, turn = self.exact_motion, list[Event](), 1
         while motion.turns is None or turn <= motion.turns:
             time = motion.turn_time(turn, digits)
             if time > self.span:
                 break
             there = (motion.turn_position(turn, digits), mpf(0))
             rightward = motion.side * (-1) ** (turn - 1) > 0
-            found.append(Event(time, "turn_right" if rightward else "turn_left", there, there))
+            events.append(Event(time, "turn_right" if rightward else "turn_left", there, there))
             turn += 1
-        return tuple(found)
+        return tuple(events)
 
     def same_course(self, other: Case) -> bool:
         theirs = CoulombOscillator(*other.parameter_values(), *other.initial_state)
@@ -181,12 +181,12 @@ class CoulombFrictionOscillator(Case):
         `energy_1`, `energy_2` ...: the spring's energy after each of the first half cycles (J).
         """
         motion, turns = self.exact_motion, self.exact_motion.turns
-        found = {"period": motion.period(digits), "half_cycles": mpf("inf") if turns is None else turns}
+        quantities = {"period": motion.period(digits), "half_cycles": mpf("inf") if turns is None else turns}
         if turns:
-            found |= {
+            quantities |= {
                 "stop_time": motion.turn_time(turns, digits),
                 "stop_position": motion.turn_position(turns, digits),
                 "dissipated": motion.dissipated(digits),
             }
         steps = 0 if motion.side == 0 else SHOWN if turns is None else min(turns, SHOWN)
-        return found | {f"energy_{n}": motion.energy_after(n, digits) for n in range(1, steps + 1)}
+        return quantities | {f"energy_{n}": motion.energy_after(n, digits) for n in range(1, steps + 1)}

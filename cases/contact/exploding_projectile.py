@@ -23,8 +23,8 @@ def bursts(t: Any, state: Values, parameters: Values) -> Values:
     """Each part gets a share of the relative velocity, inversely proportional to its mass."""
     x1, y1, x2, y2, vx1, vy1, vx2, vy2 = state
     _g, m1, m2, _burst, wx, wy = parameters
-    one, two = m2 / (m1 + m2), m1 / (m1 + m2)
-    return x1, y1, x2, y2, vx1 - one * wx, vy1 - one * wy, vx2 + two * wx, vy2 + two * wy
+    first, second = m2 / (m1 + m2), m1 / (m1 + m2)
+    return x1, y1, x2, y2, vx1 - first * wx, vy1 - first * wy, vx2 + second * wx, vy2 + second * wy
 
 
 def fragments_momentum_x(t: Any, state: Values, parameters: Values) -> Values:

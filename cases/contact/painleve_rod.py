@@ -65,7 +65,7 @@ def end_of_sliding(state: Floats, parameters: tuple[float, ...], step: float, sp
     while span - t > FINEST * step and h > FINEST * step:
         h = min(h, span - t)
         *stages, last = _stepped(y, parameters, h)
-        failed = next((found for stage in (*stages, last) if (found := failing(stage, parameters))), None)
+        failed = next((cause for stage in (*stages, last) if (cause := failing(stage, parameters))), None)
         if failed:
             h, why = h / 2, failed
         else:

@@ -115,12 +115,12 @@ class RestitutionImpact(Case):
 
     def list_events(self, digits: int) -> tuple[Event, ...]:
         """`blocks` and `wall`, sorted by time."""
-        found = []
+        events = []
         for n in range(1, self.exact_motion.passed(self.span) + 1):
             impact = self.exact_motion.impact(n, digits)
             places = impact.places
-            found.append(Event(impact.time, impact.name, places + impact.before, places + impact.after))
-        return tuple(found)
+            events.append(Event(impact.time, impact.name, places + impact.before, places + impact.after))
+        return tuple(events)
 
     def event_time(self, n: int, digits: int = 15) -> Any:
         """Computed without the earlier events."""

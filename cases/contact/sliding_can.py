@@ -150,14 +150,14 @@ class SlidingCanCase(Case):
         return ONE_FRICTION if alike else TWO_FRICTIONS
 
     def list_events(self, digits: int) -> tuple[Event, ...]:
-        motion, found = self.exact_motion, list[Event]()
+        motion, events = self.exact_motion, list[Event]()
         if not motion.holds and not motion.slides_first and motion.onset(20) <= self.span:
             there = (self.exact(0, digits)[0], mpf(0))
-            found.append(Event(motion.onset(digits), "sets_off", there, there))
+            events.append(Event(motion.onset(digits), "sets_off", there, there))
         if motion.lifts and motion.lift_off(20) <= self.span:
             there = motion.state_at_lift_off(digits)
-            found.append(Event(motion.lift_off(digits), "lifts_off", there, there))
-        return tuple(found)
+            events.append(Event(motion.lift_off(digits), "lifts_off", there, there))
+        return tuple(events)
 
     def same_course(self, other: Case) -> bool:
         theirs, mine = SlidingCan(*other.parameter_values(), *other.initial_state), self.exact_motion

@@ -99,7 +99,7 @@ class BlockOnBelt(Case):
 
     def list_events(self, digits: int) -> tuple[Event, ...]:
         """`release` and `stick` alternate."""
-        motion, found = self.exact_motion, list[Event]()
+        motion, events = self.exact_motion, list[Event]()
         if motion.slips_for_good:
             return ()
         if motion.repeats:
@@ -109,12 +109,12 @@ class BlockOnBelt(Case):
         def add(time: Any, name: str, place: Any) -> bool:
             if time > self.span:
                 return False
-            found.append(Event(time, name, (place, belt), (place, belt)))
+            events.append(Event(time, name, (place, belt), (place, belt)))
             return True
 
         caught = motion.first_catch(digits)
         if caught is not None and not add(caught[0], "stick", caught[1]):
-            return tuple(found)
+            return tuple(events)
         loose, again = motion.number(motion.xs, digits), motion.place_caught(digits) if motion.repeats else None
         cycle = 0
         while True:
@@ -125,7 +125,7 @@ class BlockOnBelt(Case):
             if not motion.repeats or not add(motion.cycle_time(cycle, True, digits), "stick", again):
                 break
             cycle += 1
-        return tuple(found)
+        return tuple(events)
 
     def same_course(self, other: Case) -> bool:
         return isinstance(other, BlockOnBelt) and other.exact_motion.course == self.exact_motion.course

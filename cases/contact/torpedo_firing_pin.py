@@ -162,15 +162,15 @@ class TorpedoFiringPin(Case):
     def derived(self, digits: int) -> dict[str, Any]:
         """`fires`: 1 if the pin reaches the primer, else 0."""
         motion = self.exact_motion
-        found = {
+        quantities = {
             "fires": int(motion.fires),
             "holding_deceleration": motion.holding_deceleration(digits) if self.mu > 0 else None,
         }
         if motion.moves and motion.fires:
-            return found | {"strike_time": motion.end_time(digits), "strike_speed": motion.strike_speed(digits)}
+            return quantities | {"strike_time": motion.end_time(digits), "strike_speed": motion.strike_speed(digits)}
         if motion.moves:
-            return found | {"stop_time": motion.end_time(digits), "stop_position": motion.end_position(digits)}
-        return found
+            return quantities | {"stop_time": motion.end_time(digits), "stop_position": motion.end_position(digits)}
+        return quantities
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:

@@ -53,8 +53,8 @@ def grid_scales(case: SolvedCase, samples_alone: bool = False) -> dict[str, floa
     scales = {}
     for name, size in zip(names, _kept("scales", case, times, largest).tolist(), strict=True):
         angle = any(c.kind == "angle" for c in case.state if c.group == name)
-        found = min(size, math.pi) if angle else size
-        scales[name] = found if found > 0 else case.natural_sizes.get(name, 1.0)
+        extent = min(size, math.pi) if angle else size
+        scales[name] = extent if extent > 0 else case.natural_sizes.get(name, 1.0)
     return scales
 
 
@@ -109,12 +109,12 @@ def _coarser(case: SolvedCase, states: list[tuple[Any, ...]]) -> list[int]:
     """
     if not case.autonomous or case.hybrid is not None or isinstance(case.motion(), CertifiedMotion):
         return []
-    found = set()
+    indices = set()
     for start, column in zip(case.initial_state, zip(*states, strict=True), strict=True):
         sizes = [abs(float(x)) for x in column]
         if 0 < abs(start) < FINER * max(sizes):
-            found |= {i for i, size in enumerate(sizes) if size > 0.1 * max(sizes)}
-    return sorted(found)[:RESTARTS]
+            indices |= {i for i, size in enumerate(sizes) if size > 0.1 * max(sizes)}
+    return sorted(indices)[:RESTARTS]
 
 
 def _rounded_there(case: C, state: tuple[Any, ...]) -> C | None:
@@ -127,7 +127,7 @@ def _rounded_there(case: C, state: tuple[Any, ...]) -> C | None:
 
 def _neighbours(case: C) -> list[C]:
     """The case with one number changed by half an ulp of it, for each number that is not zero."""
-    found: list[C] = []
+    neighbours: list[C] = []
     states = len(case.state)
     names = list(case.parameters)
     numbers = [*case.initial_state, *case.parameters.values()]
@@ -143,9 +143,9 @@ def _neighbours(case: C) -> list[C]:
                 continue  # outside the domain: the other side is inside
             if not case.same_course(neighbour):
                 continue  # it passes through other modes, so the difference does not measure round-off
-            found.append(neighbour)
+            neighbours.append(neighbour)
             break
-    return found
+    return neighbours
 
 
 def _distances(case: MeasuredCase, states: list[tuple[object, ...]], nominal: list[tuple[object, ...]]) -> Floats:
@@ -153,13 +153,12 @@ def _distances(case: MeasuredCase, states: list[tuple[object, ...]], nominal: li
     rows = np.array(
         [[nearest_double(x - y) for x, y in zip(a, b, strict=True)] for a, b in zip(states, nominal, strict=True)]  # type: ignore[operator]
     )
-    zero = np.zeros_like(rows)
-    return np.asarray(np.max(list(case.metric.by_group(rows, zero).values()), axis=0))
+    return np.asarray(np.max(list(case.metric.by_group(rows, np.zeros_like(rows)).values()), axis=0))
 
 
 def crowded(case: SolvedCase) -> frozenset[float]:
     """Sample times where the time between events is below 1e6 times the conditioning of the events' times."""
-    neighbours, known, found = _neighbours(case), dict[int, float](), set()
+    neighbours, known, times = _neighbours(case), dict[int, float](), set()
     for t in case.times.tolist():
         near = case.between(t)
         for n in (near.past, near.past + 1):
@@ -168,8 +167,8 @@ def crowded(case: SolvedCase) -> frozenset[float]:
             if n not in known:
                 known[n] = _event_conditioning(case, neighbours, n)
             if near.gap < CROWDED * known[n]:
-                found.add(t)
-    return frozenset(found)
+                times.add(t)
+    return frozenset(times)
 
 
 def _event_conditioning(case: SolvedCase, neighbours: Sequence[SolvedCase], n: int) -> float:

@@ -30,18 +30,18 @@ def rebind(function: Callable[..., Any], arithmetic: dict[str, Any]) -> Callable
     return rebound
 
 
-def _rebound(function: Any, arithmetic: dict[str, Any], done: dict[Any, Any]) -> Any:
-    if function in done:
-        return done[function]
+def _rebound(function: Any, arithmetic: dict[str, Any], copies: dict[Any, Any]) -> Any:
+    if function in copies:
+        return copies[function]
     namespace: dict[str, Any] = {"__builtins__": __builtins__}
     cells = tuple(types.CellType() for _ in function.__closure__ or ())
     copy = types.FunctionType(function.__code__, namespace, function.__name__, function.__defaults__, cells)
-    done[function] = copy
+    copies[function] = copy
     for name in _names(function.__code__):
         if name in function.__globals__:
-            namespace[name] = _value(name, function.__globals__[name], arithmetic, done)
+            namespace[name] = _value(name, function.__globals__[name], arithmetic, copies)
     for name, cell, source in zip(function.__code__.co_freevars, cells, function.__closure__ or (), strict=True):
-        cell.cell_contents = _value(name, source.cell_contents, arithmetic, done)
+        cell.cell_contents = _value(name, source.cell_contents, arithmetic, copies)
     return copy
 
 
@@ -53,7 +53,7 @@ def _names(code: types.CodeType) -> set[str]:
     return names
 
 
-def _value(name: str, value: Any, arithmetic: dict[str, Any], done: dict[Any, Any]) -> Any:
+def _value(name: str, value: Any, arithmetic: dict[str, Any], copies: dict[Any, Any]) -> Any:
     if value is math:
         return types.SimpleNamespace(**(vars(math) | arithmetic))
     if isinstance(value, types.ModuleType):
@@ -62,7 +62,7 @@ def _value(name: str, value: Any, arithmetic: dict[str, Any], done: dict[Any, An
         if name not in arithmetic:
             raise ValueError(f"{name} has no counterpart in this arithmetic, which has {', '.join(sorted(arithmetic))}")
         return arithmetic[name]
-    return _rebound(value, arithmetic, done) if isinstance(value, types.FunctionType) else value
+    return _rebound(value, arithmetic, copies) if isinstance(value, types.FunctionType) else value
 
 
 @cache
@@ -90,8 +90,8 @@ def written(
     linecache.cache[file] = len(text), None, text.splitlines(keepends=True), file
     known = dict(names)
     exec(compile(text, file, "exec"), known)
-    made: Callable[..., Any] = known[name]
-    return made
+    function: Callable[..., Any] = known[name]
+    return function
 
 
 class Unbranching:

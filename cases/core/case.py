@@ -288,10 +288,10 @@ class Case(Declared):
             raise ValueError(f"{self.name}: span = {show(self.span)} is not positive; give a duration in seconds")
 
     def _natural(self) -> Fraction:
-        found = exact(self.natural_span(), "its natural span")
-        if not SMALLEST <= found <= LARGEST:
-            raise ArithmeticError(f"its natural span, {show(found)} s, is not within 1e-300 and 1e300 s")
-        return found
+        span = exact(self.natural_span(), "its natural span")
+        if not SMALLEST <= span <= LARGEST:
+            raise ArithmeticError(f"its natural span, {show(span)} s, is not within 1e-300 and 1e300 s")
+        return span
 
     def motion(self) -> Motion:
         """The exact motion of these numbers."""

@@ -66,9 +66,9 @@ class Check(Declared):
         names: list[str] = []
 
         def compute() -> list[Any]:
-            found = self.formulas(SimpleNamespace(**{name: ball(v) for name, v in self.parameters.items()}))
-            names[:] = found
-            return list(found.values())
+            numbers = self.formulas(SimpleNamespace(**{name: ball(v) for name, v in self.parameters.items()}))
+            names[:] = numbers
+            return list(numbers.values())
 
         with working(digits + 2) as mp:
             values = publish(refined(mp, compute), digits)
@@ -78,8 +78,8 @@ class Check(Declared):
         """The same numbers to `digits` significant digits, by a computation that shares no formula with `exact`."""
         with working(digits + self.guard) as mp:
             p = SimpleNamespace(**{name: mp.mpf(v.numerator) / v.denominator for name, v in self.parameters.items()})
-            found = self.otherwise(mp, p)
-            return dict(zip(found, publish(map(mp.mpf, found.values()), digits), strict=True))
+            numbers = self.otherwise(mp, p)
+            return dict(zip(numbers, publish(map(mp.mpf, numbers.values()), digits), strict=True))
 
     def sizes(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """The sizes by which errors of `values` are divided: the largest component of a quantity, its natural size if 0."""

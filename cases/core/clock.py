@@ -44,5 +44,5 @@ def _scene(scene: Scene, t0: float) -> Scene:
         sliders=changed(scene.sliders, "drive"),
         ropes=changed(scene.ropes, "length"),
         torques=changed(scene.torques, "law"),
-        impulses=tuple(dataclasses.replace(one, time=one.time - t0) for one in scene.impulses),
+        impulses=tuple(dataclasses.replace(impulse, time=impulse.time - t0) for impulse in scene.impulses),
     )

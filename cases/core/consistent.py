@@ -35,11 +35,11 @@ def violation(
         return None
     try:
         nearest = place if constants is None else nearest_place(form, t, place, p, constants)
-        found = nearest_velocity(form, t, nearest, velocity, p)
+        velocities = nearest_velocity(form, t, nearest, velocity, p)
     except ZeroDivisionError:
         return f"{', '.join(wrong)}; its gradients are not independent there"
     start = "velocities are" if constants is None else "start is"
-    shown = found if constants is None else (*nearest, *found)
+    shown = velocities if constants is None else (*nearest, *velocities)
     return f"{', '.join(wrong)}; the nearest consistent {start} [{', '.join(f'{x:.17g}' for x in shown)}]"
 
 

@@ -220,29 +220,29 @@ class Declared:
 
     def __init_subclass__(cls) -> None:
         super().__init_subclass__()
-        found = cls._declared()
-        if not found:
+        declared = cls._declared()
+        if not declared:
             return
         core = next(kind for kind in cls.__mro__[::-1] if Declared in kind.__bases__)
-        taken = {label for kind in core.__mro__[:-1] for label in (*vars(kind), *kind.__annotations__)}
-        for label in taken & set(found):
+        attributes = {label for kind in core.__mro__[:-1] for label in (*vars(kind), *kind.__annotations__)}
+        for label in attributes & set(declared):
             raise TypeError(
                 f"{cls.__name__}.{label}: a {core.__name__} has its own attribute {label}; choose another name"
             )
-        cls.parameter_list = tuple(each for each in found.values() if isinstance(each, Parameter))
-        cls.domain = Domain({n: each.allowed for n, each in found.items() if each.allowed is not None}, cls.rules)
+        cls.parameter_list = tuple(each for each in declared.values() if isinstance(each, Parameter))
+        cls.domain = Domain({n: each.allowed for n, each in declared.items() if each.allowed is not None}, cls.rules)
 
     @classmethod
     def _declared(cls) -> dict[str, Coordinate | Parameter]:
         """The numbers that the class and its bases declare, by name."""
-        found: dict[str, Coordinate | Parameter] = {}
+        declared: dict[str, Coordinate | Parameter] = {}
         for kind in reversed(cls.__mro__):
             for label, value in vars(kind).items():
                 if isinstance(value, Coordinate | Parameter):
-                    found[label] = value
+                    declared[label] = value
                 elif isinstance(value, Attitude):
-                    found |= {each.name: each for each in value.coordinates()}
-        return found
+                    declared |= {each.name: each for each in value.coordinates()}
+        return declared
 
     @property
     def numbers(self) -> dict[str, Fraction]:

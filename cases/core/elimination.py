@@ -39,18 +39,18 @@ def solve_all(rows: Sequence[Values], rights: Sequence[Values], one: Any) -> tup
     """The solutions of linear systems with one matrix; see `solve_linear`."""
     size = len(rows)
     left = [[*row, *[right[i] for right in rights]] for i, row in enumerate(rows)]
-    done: list[list[Any]] = []
+    eliminated: list[list[Any]] = []
     for _ in rows:
         pivot = left[0]
         inverse = one / pivot[0]
         scaled = [x * inverse for x in pivot[1:]]
         left = [[x - row[0] * y for x, y in zip(row[1:], scaled, strict=True)] for row in left[1:]]
-        done = [scaled, *done]
-    found: list[Values] = []
-    for k, row in enumerate(done):
-        known = [row[k + j] - sum([row[i] * x[j] for i, x in enumerate(found)]) for j in range(len(rights))]
-        found = [tuple(known), *found]
-    return tuple([tuple([found[i][j] for i in range(size)]) for j in range(len(rights))])
+        eliminated = [scaled, *eliminated]
+    solution: list[Values] = []
+    for k, row in enumerate(eliminated):
+        known = [row[k + j] - sum([row[i] * x[j] for i, x in enumerate(solution)]) for j in range(len(rights))]
+        solution = [tuple(known), *solution]
+    return tuple([tuple([solution[i][j] for i in range(size)]) for j in range(len(rights))])
 
 
 def rows_of(values: Values, width: int) -> tuple[Values, ...]:
@@ -123,10 +123,10 @@ def index_one(
     def with_unit_masses(t: Any, state: Values, parameters: Values) -> Values:
         half = len(state) // 2
         place, one = state[:half], 1 + 0 * state[0]
-        found = constrained_by_unit_masses(
+        accelerations = constrained_by_unit_masses(
             gradient(t, place, parameters), forces(t, state, parameters), curvature(t, state, parameters), one
         )
-        return (*state[half:], *found)
+        return (*state[half:], *accelerations)
 
     if mass is None:
         return with_unit_masses
@@ -135,8 +135,8 @@ def index_one(
         half = len(state) // 2
         place, one = state[:half], 1 + 0 * state[0]
         inertia, normals = mass(t, place, parameters), gradient(t, place, parameters)
-        given, bend = forces(t, state, parameters), curvature(t, state, parameters)
-        return (*state[half:], *constrained_by_masses(inertia, normals, given, bend, one))
+        pushes, bend = forces(t, state, parameters), curvature(t, state, parameters)
+        return (*state[half:], *constrained_by_masses(inertia, normals, pushes, bend, one))
 
     return with_masses
 
@@ -171,8 +171,8 @@ def multipliers(form: Constrained) -> Equations:
 
     def of_unit_masses(t: Any, state: Values, parameters: Values) -> Values:
         half = len(state) // 2
-        taken = equations(t, state, parameters)[half:]
-        pull = tuple([f - x for f, x in zip(forces(t, state, parameters), taken, strict=True)])
+        accelerations = equations(t, state, parameters)[half:]
+        pull = tuple([f - x for f, x in zip(forces(t, state, parameters), accelerations, strict=True)])
         normals = rows_of(gradient(t, state[:half], parameters), half)
         return along(normals, pull, tuple([0 for _ in normals]), 1 + 0 * state[0])
 
@@ -182,9 +182,9 @@ def multipliers(form: Constrained) -> Equations:
 
     def of_masses(t: Any, state: Values, parameters: Values) -> Values:
         half = len(state) // 2
-        accelerations, given = equations(t, state, parameters)[half:], forces(t, state, parameters)
+        accelerations, pushes = equations(t, state, parameters)[half:], forces(t, state, parameters)
         inertia = rows_of(mass(t, state[:half], parameters), half)
-        pull = tuple([f - product(row, accelerations) for f, row in zip(given, inertia, strict=True)])
+        pull = tuple([f - product(row, accelerations) for f, row in zip(pushes, inertia, strict=True)])
         normals = rows_of(gradient(t, state[:half], parameters), half)
         return along(normals, pull, tuple([0 for _ in normals]), 1 + 0 * state[0])
 

@@ -51,18 +51,18 @@ class Bound:
     def __get__(self, case: Declared | None, owner: type) -> Any:
         if case is None:
             return self
-        made = self.of(case.numbers) if is_dataclass(self._motion) else self._motion(case)
-        case.__dict__[self._attribute] = made  # read from there from now on
-        return made
+        motion = self.of(case.numbers) if is_dataclass(self._motion) else self._motion(case)
+        case.__dict__[self._attribute] = motion  # read from there from now on
+        return motion
 
     def of(self, numbers: Mapping[str, Fraction]) -> Motion:
         """The motion of parameters and initial values by name."""
         assert is_dataclass(self._motion)
-        found = {}
+        arguments = {}
         for field in fields(self._motion):
             own = ATTITUDE if field.name == "attitude" else field.name
             names = self._names.get(field.name, own if own in numbers else own.removesuffix("0")).split()
             if field.init and (field.name in self._names or names[0] in numbers or field.default is MISSING):
                 values = tuple(numbers[name] for name in names)
-                found[field.name] = values if len(names) > 1 else values[0]
-        return self._motion(**found)
+                arguments[field.name] = values if len(names) > 1 else values[0]
+        return self._motion(**arguments)

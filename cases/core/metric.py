@@ -78,9 +78,9 @@ class Metric:
         if times is not None and self.crowded:
             rows = np.isin(times, list(self.crowded))
             positions = replace(self, groups=tuple(g for g in self.groups if g.name in self.positions))
-            found = self.distance(states, exact)
-            found[rows] = positions.distance(states[rows], exact[rows])
-            return found
+            distances = self.distance(states, exact)
+            distances[rows] = positions.distance(states[rows], exact[rows])
+            return distances
         plain = self._plain(states, exact)
         if not self.jumps:
             return plain

@@ -179,13 +179,13 @@ class Domain:
 
     def unusual(self, numbers: Mapping[str, Fraction]) -> str:
         """The message that the exact motion is out of reach: it names the numbers outside their typical ranges, or all."""
-        found = []
+        outside = []
         for name, value in numbers.items():
             low, high = self.ranges.get(name, Range()).typical
             tiny = 0 < abs(value) < TINY * Fraction(max(-low, high))
             if tiny or not low <= value <= high:
-                found.append(f"{name} = {show(value)} (usual: {low:g} to {high:g})")
-        named = ", ".join(found) or ", ".join(f"{name} = {show(value)}" for name, value in numbers.items())
+                outside.append(f"{name} = {show(value)} (usual: {low:g} to {high:g})")
+        named = ", ".join(outside) or ", ".join(f"{name} = {show(value)}" for name, value in numbers.items())
         return f"the exact motion is out of reach for {named}"
 
     def draw(self, names: Iterable[str], unit: Callable[[], float]) -> dict[str, float]:
@@ -238,10 +238,10 @@ def matching(pattern: str, names: Iterable[str]) -> list[str]:
     """The names that a pattern with * and ? selects, in their order; letters of either case. Raises ValueError for none."""
     names = list(names)
     form = re.compile(fnmatch.translate(pattern.replace("[", "[[]")), re.IGNORECASE)
-    found = [name for name in names if form.match(name)]
-    if not found:
+    matches = [name for name in names if form.match(name)]
+    if not matches:
         raise ValueError(f"nothing matches {pattern!r}; {nearest(pattern.strip('*?'), names)}")
-    return found
+    return matches
 
 
 def is_pattern(name: str) -> bool:

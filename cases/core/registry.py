@@ -38,7 +38,7 @@ class Entry(NamedTuple):
 @cache
 def _entries(checks: bool) -> dict[str, Entry]:
     """The cases, or the checks, of gnomon by name."""
-    found = {}
+    entries = {}
     for file in sorted(FOLDER.glob("*/*.py")):
         folder = file.parent.name
         if folder == "core" or (folder == "checks") != checks:
@@ -47,9 +47,9 @@ def _entries(checks: bool) -> dict[str, Entry]:
             stated = dict(_STATED.findall(body))
             if "name" in stated:
                 path = f"gnomon.cases.{folder}.{file.stem}:{kind}"
-                found[stated["name"]] = Entry(stated["name"], path, stated["title"], tuple(_VARIANT.findall(body)))
-    known = [name for name in SEQUENCE.read_text(encoding="utf-8").split() if name in found]
-    return {name: found[name] for name in (*known, *found)}
+                entries[stated["name"]] = Entry(stated["name"], path, stated["title"], tuple(_VARIANT.findall(body)))
+    known = [name for name in SEQUENCE.read_text(encoding="utf-8").split() if name in entries]
+    return {name: entries[name] for name in (*known, *entries)}
 
 
 def entry(name: str) -> Entry:
@@ -127,12 +127,12 @@ def load(path: str) -> type[Case]:
         ) from None
 
 
-def _checked(found: object, path: str) -> type[Case]:
+def _checked(kind: object, path: str) -> type[Case]:
     from gnomon.cases.core.case import Case  # loads numpy: listing names goes without
 
-    if not (isinstance(found, type) and issubclass(found, Case)):
+    if not (isinstance(kind, type) and issubclass(kind, Case)):
         raise ValueError(f"{path} is not a subclass of gnomon.cases.Case")
-    return found
+    return kind
 
 
 def get(
@@ -221,8 +221,8 @@ def check_class(name: str) -> type[Check]:
     if name not in _entries(True):
         raise ValueError(f"no check is named {name!r}; {nearest(name, check_names())}")
     module, _, attribute = _entries(True)[name].path.partition(":")
-    found: type[Check] = getattr(importlib.import_module(module), attribute)
-    return found
+    kind: type[Check] = getattr(importlib.import_module(module), attribute)
+    return kind
 
 
 def get_check(name: str, variant: str | None = None, **parameters: Number) -> Check:

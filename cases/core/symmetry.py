@@ -97,9 +97,9 @@ def defect(
     try:
         known = np.array([slopes(t, state, values) for t, state in moments])
         related = [(t * relation.time, relation.applied(coordinates, state)) for t, state in moments]
-        found = np.array([slopes(t, state, after) for t, state in related])
+        actual = np.array([slopes(t, state, after) for t, state in related])
     except (ArithmeticError, ValueError):
         return math.inf
     expected = relation.applied(coordinates, known) / relation.time
     sizes = np.max(np.abs(expected), axis=0)
-    return float(np.max(np.abs(found - expected) / np.where(sizes > 0, sizes, 1.0)))
+    return float(np.max(np.abs(actual - expected) / np.where(sizes > 0, sizes, 1.0)))

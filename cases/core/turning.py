@@ -59,11 +59,11 @@ class Turning:
     def turned(self, case: StatedCase, states: Floats, rotation: Floats) -> Floats:
         """States (..., dim) of a case, turned by a rotation matrix (2, 2) or (3, 3)."""
         names = [coordinate.name for coordinate in case.state]
-        found = np.array(states, dtype=np.float64)
+        turned = np.array(states, dtype=np.float64)
         for vector in self.vectors:
             indices = [names.index(name) for name in vector]
-            found[..., indices] = states[..., indices] @ rotation.T
-        return found
+            turned[..., indices] = states[..., indices] @ rotation.T
+        return turned
 
 
 class SymmetricCase(StatedCase, Protocol):
@@ -85,11 +85,11 @@ def turned_cases(case: C, count: int = STARTS) -> list[C]:
         return []
     start = np.array([float(value) for value in case.initial_state])
     names = [coordinate.name for coordinate in case.state]
-    found: list[C] = []
+    admitted: list[C] = []
     for number in range(1, _ATTEMPTS):
         turned: Sequence[float] = case.turning.turned(case, start, case.turning.rotation(number)).tolist()
         if case.domain.admits(case.parameters | {n: Fraction(x) for n, x in zip(names, turned, strict=True)}):
-            found.append(case.with_numbers(turned, case.parameters))
-        if len(found) == count:
-            return found
-    raise ValueError(f"{case.id}: its domain admits {len(found)} of {count} turned starts; see its `turning`")
+            admitted.append(case.with_numbers(turned, case.parameters))
+        if len(admitted) == count:
+            return admitted
+    raise ValueError(f"{case.id}: its domain admits {len(admitted)} of {count} turned starts; see its `turning`")

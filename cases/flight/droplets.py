@@ -67,16 +67,16 @@ def jet_scene() -> tuple[SceneForm, SceneForm]:
     plain = free_point(jet_rates, (0, 1))
 
     def build(state: Values, parameters: Values) -> Scene:
-        made = plain.build(state, parameters)
+        scene = plain.build(state, parameters)
         reach = parameters[2] + parameters[3]
-        (drop,), (force,) = made.bodies, made.forces
+        (drop,), (force,) = scene.bodies, scene.forces
 
         def push(t: float, place: Vector, velocity: Vector) -> Vector:
             return force.law(t, (place[0] + reach, *place[1:]), velocity)
 
         x, y, z = drop.position
         return replace(
-            made,
+            scene,
             bodies=(replace(drop, position=(x - reach, y, z), radius=0.0),),
             forces=(replace(force, law=push),),
             contacts=(Contact("point", (-1.0, 0.0, 0.0), adhesive=True),),
@@ -142,14 +142,14 @@ class InkJetPrinter(Case):
 
     def list_events(self, digits: int) -> tuple[Event, ...]:
         """`leaves` the plates, `lands` on the paper."""
-        motion, found = self.exact_motion, list[Event]()
+        motion, events = self.exact_motion, list[Event]()
         for name, place in (("leaves", motion.plates), ("lands", motion.paper)):
             if motion.x >= place or not motion.reaches(place) or motion.time_at(place, 20) > self.span:
                 continue
             before = motion.crossing(place, digits)
             after = before if name == "leaves" else (*before[:2], mpf(0), mpf(0))
-            found.append(Event(motion.time_at(place, digits), name, before, after))
-        return tuple(found)
+            events.append(Event(motion.time_at(place, digits), name, before, after))
+        return tuple(events)
 
     def same_course(self, other: Case) -> bool:
         q_m, field, plates, gap, nu = other.parameter_values()

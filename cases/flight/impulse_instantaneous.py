@@ -116,12 +116,12 @@ class ImpulseInstantaneous(Case):
             before, after = motion.before_the_impulse(digits), self.exact(begin, digits)
             time = motion._rational(digits, begin)
             return (Event(time, "impulse", before, after),) if begin <= self.span else ()  # type: ignore[arg-type]
-        found = []
+        events = []
         for name, moment in (("begins", begin), ("ends", begin + length)):
             if moment <= self.span:
                 state = self.exact(moment, digits)
-                found.append(Event(motion._rational(digits, moment), name, state, state))
-        return tuple(found)
+                events.append(Event(motion._rational(digits, moment), name, state, state))
+        return tuple(events)
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:

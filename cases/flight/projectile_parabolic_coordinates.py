@@ -109,12 +109,12 @@ class ProjectileInParabolicCoordinates(Case):
 
     def scales(self) -> dict[str, float]:
         """On a grid, and closest to the focus, where the rates have a peak that may be narrower than the grid spacing."""
-        found = accuracy.grid_scales(self)
+        scales = accuracy.grid_scales(self)
         for t in self._nearest():
             xi, eta, u, v = map(float, self.exact(t))
-            found["length"] = max(found["length"], hypot(xi, eta))
-            found["velocity"] = max(found["velocity"], hypot(u, v))
-        return found
+            scales["length"] = max(scales["length"], hypot(xi, eta))
+            scales["velocity"] = max(scales["velocity"], hypot(u, v))
+        return scales
 
     def derived(self, digits: int) -> dict[str, Any]:
         """`crossing`: y where the path crosses the vertical x = 0 through the focus (m)."""

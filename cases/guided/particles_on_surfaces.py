@@ -158,8 +158,8 @@ class _OnSurface(WellCase):
 
     def derived(self, digits: int) -> dict[str, Any]:
         """`apsidal_angle`: the growth of phi from the least to the largest distance (rad)."""
-        found = {"momentum": self.exact_motion.momentum(digits)}
-        return found if self.exact_motion.rests else found | {"apsidal_angle": self.exact_motion.apsidal_angle(digits)}
+        named = {"momentum": self.exact_motion.momentum(digits)}
+        return named if self.exact_motion.rests else named | {"apsidal_angle": self.exact_motion.apsidal_angle(digits)}
 
 
 class ParticleOnCone(_OnSurface):

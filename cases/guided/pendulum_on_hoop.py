@@ -77,17 +77,17 @@ class HoopCase(Case):
 
     def scales(self) -> dict[str, float]:
         """Close to a homoclinic motion the peaks are narrower than the grid spacing; they are at quarters of the period."""
-        found = accuracy.grid_scales(self)
+        scales = accuracy.grid_scales(self)
         period = self.exact_motion.period()
         if period is not None and 60 * self.time_scale < float(period) < float(self.span):
             around = self.time_scale * np.linspace(-10, 10, 101)
             near = self.sample(np.concatenate([float(period) * k / 4 + around for k in (1, 2, 3, 4)]))
             angle, speed = np.max(np.abs(near), axis=0).tolist()
-            found = {
-                "angle": min(max(found["angle"], angle), pi),
-                "angular velocity": max(found["angular velocity"], speed),
+            scales = {
+                "angle": min(max(scales["angle"], angle), pi),
+                "angular velocity": max(scales["angular velocity"], speed),
             }
-        return found
+        return scales
 
     @property
     def quantity_names(self) -> tuple[str, ...]:

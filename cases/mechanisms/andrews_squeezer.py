@@ -143,7 +143,7 @@ class AndrewsSqueezer(IntegratedCase):
     def derived(self, digits: int) -> dict[str, Any]:
         """The forces of the first two constraints at the start; those of the others are zero (N)."""
         with working(digits + 10) as mp:
-            found = rebind(MULTIPLIERS, mpmath_arithmetic(mp))
+            multipliers = rebind(MULTIPLIERS, mpmath_arithmetic(mp))
             state, values = (tuple(map(mp.mpf, numbers)) for numbers in (self.initial_state, self.parameter_values()))
-            first, second, *_ = found(mp.mpf(0), state, values)
+            first, second, *_ = multipliers(mp.mpf(0), state, values)
             return dict(zip(("multiplier_1", "multiplier_2"), publish((first, second), digits), strict=True))

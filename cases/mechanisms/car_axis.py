@@ -163,7 +163,7 @@ class CarAxis(IntegratedCase):
     def derived(self, digits: int) -> dict[str, Any]:
         """At the start, the forces of shaft and axle by the multipliers of the test set, times eps^2."""
         with working(digits + 10) as mp:
-            found = rebind(MULTIPLIERS, mpmath_arithmetic(mp))
+            forces = rebind(MULTIPLIERS, mpmath_arithmetic(mp))
             state, values = (tuple(map(mp.mpf, numbers)) for numbers in (self.initial_state, self.parameter_values()))
-            first, second = (-value * values[0] / (2 * values[1]) for value in found(mp.mpf(0), state, values))
+            first, second = (-value * values[0] / (2 * values[1]) for value in forces(mp.mpf(0), state, values))
             return dict(zip(("multiplier_shaft", "multiplier_axle"), publish((first, second), digits), strict=True))

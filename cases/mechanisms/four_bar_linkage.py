@@ -55,8 +55,8 @@ def four_bar_equations(t: Any, state: Values, parameters: Values) -> Values:
     weight = -(g / 2) * ((crank + coupler) * free_ya + (coupler + rocker) * free_yb)
     work = weight - push_xa * axa - push_ya * aya - push_xb * axb - push_yb * ayb
     rate = work / (push_xa * free_xa + push_ya * free_ya + push_xb * free_xb + push_yb * free_yb)
-    found = axa + rate * free_xa, aya + rate * free_ya, axb + rate * free_xb, ayb + rate * free_yb
-    return vxa, vya, vxb, vyb, *found
+    accelerations = axa + rate * free_xa, aya + rate * free_ya, axb + rate * free_xb, ayb + rate * free_yb
+    return vxa, vya, vxb, vyb, *accelerations
 
 
 def four_bar_energy(t: Any, state: Values, parameters: Values) -> Values:
@@ -119,8 +119,8 @@ def _unfolds(numbers: Mapping[str, Fraction]) -> bool:
     """Flat, the linkage has the energy 0; it can lie flat if a sum of its lengths d, a, b, c with signs vanishes."""
     state, parameters = _given(numbers)
     (a, b, c), d = three_rods(0, state[:4], parameters), numbers["d"] ** 2
-    level, one, other = d + a - b - c, 4 * d * a, 4 * b * c
-    flat = (level**2 + one - other) ** 2 == 4 * level**2 * one
+    level, outer, inner = d + a - b - c, 4 * d * a, 4 * b * c
+    flat = (level**2 + outer - inner) ** 2 == 4 * level**2 * outer
     return not flat or four_bar_energy(0, state, parameters)[0] < 0
 
 

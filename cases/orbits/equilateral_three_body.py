@@ -92,9 +92,9 @@ def three_bodies(state: Values) -> tuple[Values, ...]:
     return (*(state[i : i + 3] + state[i + 9 : i + 12] for i in (0, 3, 6)),)
 
 
-def three_states(found: tuple[Values, ...]) -> Values:
-    one, two, three = found
-    return (*one[:3], *two[:3], *three[:3], *one[3:], *two[3:], *three[3:])
+def three_states(bodies: tuple[Values, ...]) -> Values:
+    first, second, third = bodies
+    return (*first[:3], *second[:3], *third[:3], *first[3:], *second[3:], *third[3:])
 
 
 def turning_triangle(turn: Number, centre: Sequence[Number] = (0, 0, 0), growth: Number = 0) -> tuple[Fraction, ...]:
@@ -233,14 +233,14 @@ class EquilateralThreeBody(IntegratedCase):
 
     def scales(self) -> dict[str, float]:
         """On a grid, and at the first pericentre, where the speeds have a peak narrower than the grid spacing."""
-        found = accuracy.grid_scales(self)
+        scales = accuracy.grid_scales(self)
         moment = 0.0 if self.triangle is None else float(self.triangle.pericentre_time())
         if 0 < moment < self.times[-1]:
             state = self.sample(np.array([moment]))[0]
-            for name in found:
+            for name in scales:
                 members = [i for i, coordinate in enumerate(self.state) if coordinate.group == name]
-                found[name] = max(found[name], float(np.linalg.norm(state[members])))
-        return found
+                scales[name] = max(scales[name], float(np.linalg.norm(state[members])))
+        return scales
 
     def derived(self, digits: int) -> dict[str, Any]:
         """`routh`: 27 (m1 m2 + m2 m3 + m3 m1)/(m1 + m2 + m3)^2; a circular triangle is stable if it is below 1.
@@ -254,11 +254,11 @@ class EquilateralThreeBody(IntegratedCase):
             """By the roots of s^4 + s^2 + routh/4 = 0, s over the rate of turn (Routh 1875)."""
             return mp.exp(2 * mp.pi * mp.re(mp.sqrt((mp.sqrt(mp.mpc(1 - routh)) - 1) / 2)))
 
-        found = {"routh": routh, "growth_a_turn": quantity(digits, growth, 20) if routh > 1 else None}
+        quantities = {"routh": routh, "growth_a_turn": quantity(digits, growth, 20) if routh > 1 else None}
         if self.triangle is None:
-            return found
+            return quantities
         shortest, longest = self.triangle.sides(digits)
-        return found | {
+        return quantities | {
             "eccentricity": self.triangle.eccentricity(digits),
             "shortest_side": shortest,
             "longest_side": longest,

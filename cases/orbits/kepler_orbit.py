@@ -74,9 +74,9 @@ def bodies(state: Values) -> tuple[Values, ...]:
     return (0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (x, y, 0.0, vx, vy, 0.0)
 
 
-def relative(found: tuple[Values, ...]) -> Values:
+def relative(bodies: tuple[Values, ...]) -> Values:
     """The particle relative to the centre."""
-    centre, particle = found
+    centre, particle = bodies
     return tuple(particle[i] - centre[i] for i in (0, 1, 3, 4))
 
 

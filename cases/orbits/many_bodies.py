@@ -100,11 +100,11 @@ def nbody(count: int, size: int) -> NBody:
 
     def bodies(state: Values) -> tuple[Values, ...]:
         half = len(state) // 2
-        found = zip(_vectors(state[:half], count), _vectors(state[half:], count), strict=True)
-        return tuple((*place, *flat, *speed, *flat) for place, speed in found)
+        pairs = zip(_vectors(state[:half], count), _vectors(state[half:], count), strict=True)
+        return tuple((*place, *flat, *speed, *flat) for place, speed in pairs)
 
-    def state(found: tuple[Values, ...]) -> Values:
-        return (*(x for one in found for x in one[:size]), *(v for one in found for v in one[3 : 3 + size]))
+    def state(bodies: tuple[Values, ...]) -> Values:
+        return (*(x for body in bodies for x in body[:size]), *(v for body in bodies for v in body[3 : 3 + size]))
 
     return NBody(all_masses, bodies, state)
 
@@ -131,13 +131,13 @@ class ManyBodies(IntegratedCase):
     def __init_subclass__(cls, count: int, axes: str = "xy") -> None:
         bodies, size = range(1, count + 1), len(axes)
         momenta = {"momentum_x": momentum_x, "momentum_y": momentum_y, "momentum_z": momentum_z}
-        kept = {name: momenta[name] for name in (f"momentum_{axis}" for axis in axes)}
+        own = {name: momenta[name] for name in (f"momentum_{axis}" for axis in axes)}
         names = (*axes, *(f"v{axis}" for axis in axes), "m")
         declared = {
             "count": count,
             "axes": axes,
             "rules": (Rule("no two bodies are at the same position", lambda n: are_apart(n, count, axes)),),
-            "invariants": conserved(energy=pair_energy, **kept, spin=spin_about_z),
+            "invariants": conserved(energy=pair_energy, **own, spin=spin_about_z),
             "forms": (SecondOrder(pairs_attract), nbody(count, size)),
             "scene": attracting(lambda p: p[1:], lambda r, p: p[0] / r**3, tuple(range(size))),
             "alike": tuple(tuple(f"{name}{k}" for name in names) for k in bodies),

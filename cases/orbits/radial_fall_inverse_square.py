@@ -35,8 +35,8 @@ def falling_bodies(state: Values) -> tuple[Values, ...]:
     return (0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (r, 0.0, 0.0, v, 0.0, 0.0)
 
 
-def apart(found: tuple[Values, ...]) -> Values:
-    centre, particle = found
+def apart(bodies: tuple[Values, ...]) -> Values:
+    centre, particle = bodies
     return particle[0] - centre[0], particle[3] - centre[3]
 
 

@@ -66,9 +66,9 @@ def both_bodies(state: Values) -> tuple[Values, ...]:
     return (x1, y1, 0.0, vx1, vy1, 0.0), (x2, y2, 0.0, vx2, vy2, 0.0)
 
 
-def both_states(found: tuple[Values, ...]) -> Values:
-    one, two = found
-    return one[0], one[1], two[0], two[1], one[3], one[4], two[3], two[4]
+def both_states(bodies: tuple[Values, ...]) -> Values:
+    first, second = bodies
+    return first[0], first[1], second[0], second[1], first[3], first[4], second[3], second[4]
 
 
 def _angular_momentum(n: Mapping[str, Fraction]) -> Fraction:
@@ -158,14 +158,14 @@ class TwoBody(Case):
 
     def scales(self) -> dict[str, float]:
         """On a grid, and at the pericentre, where the speeds have a peak narrower than the grid spacing."""
-        found = accuracy.grid_scales(self)
+        scales = accuracy.grid_scales(self)
         moment = float(self.orbit.pericentre_time())
         if 0 < moment < self.times[-1]:
             state = self.sample(np.array([moment]))[0]
-            for name in found:
+            for name in scales:
                 members = [i for i, coordinate in enumerate(self.state) if coordinate.group == name]
-                found[name] = max(found[name], float(np.linalg.norm(state[members])))
-        return found
+                scales[name] = max(scales[name], float(np.linalg.norm(state[members])))
+        return scales
 
     def derived(self, digits: int) -> dict[str, Any]:
         """`third_law_factor`: T^2 mu1 / (4 pi^2 a^3) with mu1 = G m1, which is 1/(1 + m2/m1); Kepler's law has 1."""
@@ -188,10 +188,10 @@ class TwoBody(Case):
         first = np.array([float(x) for x in self.initial_state])
 
         def project(states: Floats) -> Floats:
-            found = np.tile(first, (len(states), 1))
-            found[:, 2:4] = first[0:2] + states[:, :2]
-            found[:, 6:8] = states[:, 2:]
-            return found
+            both = np.tile(first, (len(states), 1))
+            both[:, 2:4] = first[0:2] + states[:, :2]
+            both[:, 6:8] = states[:, 2:]
+            return both
 
         start = (orbit.x, orbit.y, orbit.vx, orbit.vy)
         return (

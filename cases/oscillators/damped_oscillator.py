@@ -113,8 +113,8 @@ class DampedOscillator(Case):
     @property
     def quantity_names(self) -> tuple[str, ...]:
         oscillates = self.exact_motion.regime == DampedMotion.UNDERDAMPED
-        found = ("period", "logarithmic_decrement") if oscillates else ("slow_rate fast_rate=rates",)
-        return ("damping_ratio", "undamped_period", *found, "overshoot_time")
+        rates = ("period", "logarithmic_decrement") if oscillates else ("slow_rate fast_rate=rates",)
+        return ("damping_ratio", "undamped_period", *rates, "overshoot_time")
 
     def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]] | None:
         """Only without damping: reversed damping would add energy."""

@@ -82,12 +82,12 @@ class DuffingUnforced(Case):
 
     def scales(self) -> dict[str, float]:
         """The scale of x in closed form if the span holds a period: close to a separatrix the peaks are narrow."""
-        found = accuracy.grid_scales(self)
+        scales = accuracy.grid_scales(self)
         if self.exact_motion.periodic and self.span >= self.exact_motion.period():
-            found["length"] = max(abs(float(x)) for x in self.exact_motion.turning_points())
-        return found
+            scales["length"] = max(abs(float(x)) for x in self.exact_motion.turning_points())
+        return scales
 
     @property
     def quantity_names(self) -> tuple[str, ...]:
-        found = ("least_x largest_x=turning_points", "energy", "escape_energy")
-        return (*found, "period", "modulus_squared") if self.exact_motion.periodic else found
+        names = ("least_x largest_x=turning_points", "energy", "escape_energy")
+        return (*names, "period", "modulus_squared") if self.exact_motion.periodic else names

@@ -92,11 +92,11 @@ class RubberTubeThin(Case):
 
     def scales(self) -> dict[str, float]:
         """In closed form if the span holds a period: the peaks of the rate are narrow."""
-        found = accuracy.grid_scales(self)
+        scales = accuracy.grid_scales(self)
         if self.span >= self.exact_motion.period():
             largest, speed = float(self.exact_motion.largest()), float(self.exact_motion.top_speed())
             return {"dimensionless": largest, "rate": speed or 1.0}
-        return found
+        return scales
 
 
 class RubberTubeThick(WellCase):

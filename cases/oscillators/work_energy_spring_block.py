@@ -90,7 +90,7 @@ class WorkEnergySpringBlock(Case):
 
     def list_events(self, digits: int) -> tuple[Event, ...]:
         """`touch` and `lift` alternate."""
-        motion, found, n = self.exact_motion, list[Event](), 1
+        motion, events, n = self.exact_motion, list[Event](), 1
         if not motion.leaves:
             return ()
         self.limit_events(2 * float(self.span) / float(motion.period()))
@@ -101,9 +101,9 @@ class WorkEnergySpringBlock(Case):
             times.sort(key=lambda item: item[1])
             for name, time, state in times:
                 if Fraction(float(time)) > self.span:
-                    return tuple(found)
+                    return tuple(events)
                 if time > 0:
-                    found.append(Event(time, name, state, state))
+                    events.append(Event(time, name, state, state))
             n += 1
 
     def same_course(self, other: Case) -> bool:
@@ -111,5 +111,5 @@ class WorkEnergySpringBlock(Case):
 
     @property
     def quantity_names(self) -> tuple[str, ...]:
-        found = ("period", "largest_compression=compression")
-        return (*found, "contact_time") if self.exact_motion.leaves else found
+        names = ("period", "largest_compression=compression")
+        return (*names, "contact_time") if self.exact_motion.leaves else names

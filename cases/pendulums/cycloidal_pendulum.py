@@ -129,8 +129,8 @@ class CycloidalPendulum(Case):
 
     def scales(self) -> dict[str, float]:
         """In closed form if the span holds a period: close to the cusp the peaks are narrow."""
-        found = accuracy.grid_scales(self)
+        scales = accuracy.grid_scales(self)
         motion = self.exact_motion
         if self.span >= motion.period() and motion.energy() > 0:
             return {"angle": float(motion.angle_amplitude()), "angular velocity": float(motion.top_rate())}
-        return found
+        return scales

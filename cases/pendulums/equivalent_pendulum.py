@@ -19,11 +19,11 @@ class EquivalentPendulumCase(Case):
 
     def scales(self) -> dict[str, float]:
         """In closed form if the span holds a period: close to the top the peaks are narrow."""
-        found = accuracy.grid_scales(self)
+        scales = accuracy.grid_scales(self)
         pendulum = self.exact_motion.pendulum()
         if self.span >= pendulum.period() and pendulum.regime != Pendulum.REST:
-            found["angular velocity"] = float(pendulum.top_speed())
-        return found
+            scales["angular velocity"] = float(pendulum.top_speed())
+        return scales
 
     def derived(self, digits: int) -> dict[str, Any]:
         motion, pendulum = self.exact_motion, self.exact_motion.pendulum(digits + 60)

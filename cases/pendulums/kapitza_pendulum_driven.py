@@ -50,7 +50,7 @@ class KapitzaPendulumDriven(IntegratedCase):
         """Frequencies of small slow swings of the averaged pendulum (rad/s), hanging and, where it is stable, upright."""
         hanging = self._hanging()
         upright = hanging - 2 * self.g / self.L
-        found: dict[str, Any] = {"averaged_hanging_frequency": lambda mp: mp.sqrt(mp.mpf(hanging))}
+        quantities: dict[str, Any] = {"averaged_hanging_frequency": lambda mp: mp.sqrt(mp.mpf(hanging))}
         if upright > 0:
-            found["averaged_upright_frequency"] = lambda mp: mp.sqrt(mp.mpf(upright))
-        return found
+            quantities["averaged_upright_frequency"] = lambda mp: mp.sqrt(mp.mpf(upright))
+        return quantities

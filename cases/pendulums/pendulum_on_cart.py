@@ -94,10 +94,10 @@ class PendulumOnCart(WellCase):
 
     def scales(self) -> dict[str, float]:
         """On a grid, and at the bottom, where the speeds have a peak that may be narrower than the grid spacing."""
-        found = accuracy.grid_scales(self)
+        scales = accuracy.grid_scales(self)
         if not self.exact_motion.rests and self.span >= self.exact_motion.period() / 2:
             _g, m, M, length = map(float, self.parameter_values())
             arm, rate, (_, theta, vx, omega) = m * length / (M + m), self._bottom_rate(), map(float, self.initial_state)
-            found["angular velocity"] = rate
-            found["velocity"] = abs(vx + arm * omega * cos(theta)) + arm * rate
-        return found
+            scales["angular velocity"] = rate
+            scales["velocity"] = abs(vx + arm * omega * cos(theta)) + arm * rate
+        return scales

@@ -144,12 +144,12 @@ class PendulumQuadraticDamping(Case):
     def list_events(self, digits: int) -> tuple[Event, ...]:
         """The times at which the pendulum comes to rest: at most one in the time of a small half swing."""
         self.limit_events(float(self.span) * sqrt(float(self.w2)) / pi, MOST_RESTS)
-        found: list[Event] = []
+        events: list[Event] = []
         while True:
-            time, angle = self.exact_motion.turning_point(len(found) + 1, digits)
+            time, angle = self.exact_motion.turning_point(len(events) + 1, digits)
             if time > self.span:
-                return tuple(found)
-            found.append(Event(time, "rest", (angle, mpf(0)), (angle, mpf(0))))
+                return tuple(events)
+            events.append(Event(time, "rest", (angle, mpf(0)), (angle, mpf(0))))
 
     def same_course(self, other: Case) -> bool:
         theirs = DampedPendulum(*other.parameter_values(), *other.initial_state)

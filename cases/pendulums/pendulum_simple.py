@@ -98,12 +98,12 @@ class PendulumSimple(Case):
 
     def scales(self) -> dict[str, float]:
         """In closed form if the span holds a period: close to the separatrix the peaks are narrow."""
-        found = accuracy.grid_scales(self)
+        scales = accuracy.grid_scales(self)
         motion = self.exact_motion
         if self.span >= motion.period() and motion.regime != Pendulum.REST:
-            found["angular velocity"] = float(motion.top_speed())
-            found["angle"] = min(max(found["angle"], float(motion.amplitude())), pi)
-        return found
+            scales["angular velocity"] = float(motion.top_speed())
+            scales["angle"] = min(max(scales["angle"], float(motion.amplitude())), pi)
+        return scales
 
     @property
     def quantity_names(self) -> tuple[str, ...]:

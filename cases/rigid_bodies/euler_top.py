@@ -173,11 +173,11 @@ class EulerTopCase(Case):
 
     def derived(self, digits: int) -> dict[str, Any]:
         motion = self.exact_motion
-        found = {"precession_rate": motion.precession(digits)}
+        quantities = {"precession_rate": motion.precession(digits)}
         period, precession = motion.body_period(digits + 5), motion.precession(digits + 5)
         if period is None:
-            return found
-        return found | {
+            return quantities
+        return quantities | {
             "precession_per_period": lambda mp: mp.mpf(precession) * mp.mpf(period),
             "body_period": lambda mp: mp.mpf(period),
             "flip_interval": (lambda mp: mp.mpf(period) / 2) if motion.kind == "general" else None,

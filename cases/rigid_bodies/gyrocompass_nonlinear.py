@@ -196,10 +196,10 @@ class GyrocompassTilting(IntegratedCase):
                 off = lat - beta
                 return earth * mp.sin(off) * (along * spin - across * earth * mp.cos(off)) - weight * mp.sin(beta)
 
-            found = {"nutation_rate": along * abs(spin) / across}
+            quantities = {"nutation_rate": along * abs(spin) / across}
             if torque(mp.zero) * torque(lat) < 0:
-                found["level_tilt"] = mp.findroot(torque, (mp.zero, lat), solver="illinois")
-            return dict(zip(found, publish(found.values(), digits), strict=True))
+                quantities["level_tilt"] = mp.findroot(torque, (mp.zero, lat), solver="illinois")
+            return dict(zip(quantities, publish(quantities.values(), digits), strict=True))
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:
@@ -212,7 +212,7 @@ class GyrocompassTilting(IntegratedCase):
             nothing = np.zeros(len(states))
             return np.stack([states[:, 0], nothing, states[:, 1], nothing], axis=1)
 
-        def raised(one: Level) -> Level:
-            return Level(one.case, lambda states: level(one.project(states)), one.effect)
+        def raised(planar: Level) -> Level:
+            return Level(planar.case, lambda states: level(planar.project(states)), planar.effect)
 
         return (*map(raised, plane.hierarchy), Level(plane, level, "the axis held in the horizontal plane"))

@@ -112,11 +112,11 @@ class _Angles(Case):
             moment, weight, a = (mp.mpf(self.parameters[name]) for name in ("I1", "W", "a"))
             across = 2 * moment * mp.cos(mp.mpf(self.initial_state[0]))
             square = a * a - 2 * across * weight
-            found = {"sleeping_spin": 2 * mp.sqrt(moment * weight)}
+            quantities = {"sleeping_spin": 2 * mp.sqrt(moment * weight)}
             if square >= 0 and a:
                 larger = a + mp.sign(a) * mp.sqrt(square)
-                found |= {"slow_precession": 2 * weight / larger, "fast_precession": larger / across}
-            return dict(zip(found, publish(found.values(), digits), strict=True))
+                quantities |= {"slow_precession": 2 * weight / larger, "fast_precession": larger / across}
+            return dict(zip(quantities, publish(quantities.values(), digits), strict=True))
 
 
 class LagrangeTopCase(_Angles):

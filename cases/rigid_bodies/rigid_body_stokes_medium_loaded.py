@@ -92,8 +92,8 @@ def falling_scene(state: Values, parameters: Values) -> Scene:
         vx, vy, vz = velocity
         return -nu * vx, -nu * vy, -nu * vz
 
-    made = in_medium(thrown_scene(state, parameters[:4]), nu)
-    return replace(made, forces=(Force("body", "velocity_force", drag),))
+    scene = in_medium(thrown_scene(state, parameters[:4]), nu)
+    return replace(scene, forces=(Force("body", "velocity_force", drag),))
 
 
 FALLING = SceneForm(

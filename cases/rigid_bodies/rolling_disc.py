@@ -188,7 +188,7 @@ class RollingDisc(IntegratedCase):
         with working(digits + 10) as mp:
             g, a = map(mp.mpf, self.parameter_values())
             theta, w2 = mp.mpf(self.theta), mp.mpf(self.w2)
-            found = {"rolling_limit": mp.sqrt(g / (3 * a)), "spinning_limit": mp.sqrt(4 * g / (5 * a))}
+            quantities = {"rolling_limit": mp.sqrt(g / (3 * a)), "spinning_limit": mp.sqrt(4 * g / (5 * a))}
             if w2:
-                found["circle_spin"] = (w2 * mp.cot(theta) - 4 * g / a * mp.cos(theta) / w2) / 6
-            return dict(zip(found, publish(found.values(), digits), strict=True))
+                quantities["circle_spin"] = (w2 * mp.cot(theta) - 4 * g / a * mp.cos(theta) / w2) / 6
+            return dict(zip(quantities, publish(quantities.values(), digits), strict=True))

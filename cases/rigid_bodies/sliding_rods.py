@@ -154,13 +154,13 @@ class SlidingLadderCase(Case):
         return 10 * self.time_scale if self.exact_motion.stands else 1.2 * float(self.exact_motion.floor_time())
 
     def list_events(self, digits: int) -> tuple[Event, ...]:
-        motion, found = self.exact_motion, list[Event]()
+        motion, events = self.exact_motion, list[Event]()
         if not motion.stands and motion.leaving_time(20) <= self.span:
             there = motion.leaving_state(digits)
-            found.append(Event(motion.leaving_time(digits), "leaves_wall", there, there))
+            events.append(Event(motion.leaving_time(digits), "leaves_wall", there, there))
             if motion.floor_time(20) <= self.span:
-                found.append(lying(motion, digits))
-        return tuple(found)
+                events.append(lying(motion, digits))
+        return tuple(events)
 
     def same_course(self, other: Case) -> bool:
         return (not any(other.initial_state)) == self.exact_motion.stands

@@ -165,8 +165,8 @@ class FreeFallRotatingEarth(Case):
         if any(self.initial_state[3:]) or self.z <= 0 or not self.g:
             return {}
         names = ("fall_time", "east_deflection", "north_deflection")
-        found = dict(zip(names, self.exact_motion.strike(self._fall_time(), digits), strict=True))
-        return found | {"first_order_deflection": self.exact_motion.first_order_deflection(digits)}
+        quantities = dict(zip(names, self.exact_motion.strike(self._fall_time(), digits), strict=True))
+        return quantities | {"first_order_deflection": self.exact_motion.first_order_deflection(digits)}
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:

@@ -157,7 +157,7 @@ class PlanetTunnelCase(Case):
         return (10.37 if self.exact_motion.inside else 3.37) * float(self.exact_motion.period())
 
     def list_events(self, digits: int) -> tuple[Event, ...]:
-        motion, found = self.exact_motion, list[Event]()
+        motion, events = self.exact_motion, list[Event]()
         if motion.inside:
             return ()
         self.limit_events(4 * float(self.span) / float(motion.period()))
@@ -167,8 +167,8 @@ class PlanetTunnelCase(Case):
             upward = (side > 0) != enters
             name = ("enters" if enters else "leaves") + ("_up" if upward else "_down")
             there = (ends[side], speed if upward else fneg(speed, exact=True))
-            found.append(Event(time, name, there, there))
-        return tuple(found)
+            events.append(Event(time, name, there, there))
+        return tuple(events)
 
     def same_course(self, other: Case) -> bool:
         theirs, mine = PlanetTunnel(*other.parameter_values(), *other.initial_state), self.exact_motion
@@ -177,10 +177,10 @@ class PlanetTunnelCase(Case):
     def derived(self, digits: int) -> dict[str, Any]:
         """The period, which inside the planet is 2 pi sqrt(R/g) for a tunnel along any chord, and others."""
         motion = self.exact_motion
-        found = {"period": motion.period(digits)}
+        quantities = {"period": motion.period(digits)}
         if motion.inside:
-            return found
-        return found | {
+            return quantities
+        return quantities | {
             "surface_speed": motion.surface_speed(digits),
             "farthest": motion.number(motion.highest, digits),
         }

@@ -123,8 +123,8 @@ class TowerFall(Case):
         z = float(self.z)
         if any(self.initial_state[3:]) or not 0 < z < radius / 5:
             return {}
-        found = strike(self.exact_motion, sqrt(2 * z / g) * (1 + z / radius), digits)
-        return dict(zip(("fall_time", "east_deflection", "north_deflection"), found, strict=True))
+        numbers = strike(self.exact_motion, sqrt(2 * z / g) * (1 + z / radius), digits)
+        return dict(zip(("fall_time", "east_deflection", "north_deflection"), numbers, strict=True))
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:

@@ -35,9 +35,9 @@ def ball_line(
         return Scene((0.0, 0.0, 0.0), tuple(bodies), contacts=tuple(contacts))
 
     def observe(readings: Readings, parameters: Values) -> Values:
-        found = [readings.bodies[f"ball {n + 1}"] for n in range(len(masses(parameters)))]
-        places = [position[0] - (2 * n + 1) * RADIUS for n, (position, *_) in enumerate(found)]
-        return (*places, *(velocity[0] for _, _, velocity, _ in found))
+        balls = [readings.bodies[f"ball {n + 1}"] for n in range(len(masses(parameters)))]
+        places = [position[0] - (2 * n + 1) * RADIUS for n, (position, *_) in enumerate(balls)]
+        return (*places, *(velocity[0] for _, _, velocity, _ in balls))
 
     return SceneForm(build, observe, frozenset({"rigid_impact", "body_contact"}), conservative=False)
 

@@ -30,8 +30,8 @@ def masses_in_a_row(count: int, numbers: Callable[[Values], Values], damped: boo
         return Scene(ORIGIN, bodies, forces=(*grounded, *coupled))
 
     def observe(readings: Readings, parameters: Values) -> Values:
-        found = [readings.bodies[f"mass {i + 1}"] for i in range(count)]
-        return (*(place[0] - i for i, (place, *_) in enumerate(found)), *(velocity[0] for _, _, velocity, _ in found))
+        parts = [readings.bodies[f"mass {i + 1}"] for i in range(count)]
+        return (*(place[0] - i for i, (place, *_) in enumerate(parts)), *(velocity[0] for _, _, velocity, _ in parts))
 
     return SceneForm(build, observe, frozenset({token, "mutual_force"}), conservative=not damped)
 

@@ -54,9 +54,9 @@ def attracting(
         return law
 
     def observe(readings: Readings, parameters: Values) -> Values:
-        found = [readings.bodies[f"particle {n + 1}"] for n in range(len(masses(parameters)))]
-        places = [position[axis] for position, *_ in found for axis in axes]
-        return (*places, *(velocity[axis] for _, _, velocity, _ in found for axis in axes))
+        bodies = [readings.bodies[f"particle {n + 1}"] for n in range(len(masses(parameters)))]
+        places = [position[axis] for position, *_ in bodies for axis in axes]
+        return (*places, *(velocity[axis] for _, _, velocity, _ in bodies for axis in axes))
 
     return SceneForm(build, observe, MUTUAL)
 
@@ -77,12 +77,12 @@ def polar_pair(masses: Callable[[Values], Values], pull: Callable[[float, Values
     """State (r, theta, r', theta') of particle 2 relative to particle 1; their centre of mass is at rest; `pull` in N."""
 
     def build(state: Values, parameters: Values) -> Scene:
-        one, two = masses(parameters)
+        m1, m2 = masses(parameters)
         place, velocity = from_polar(state)
-        shares = (-two / (one + two), one / (one + two))
+        shares = (-m2 / (m1 + m2), m1 / (m1 + m2))
         bodies = tuple(
             Body(f"particle {n}", mass, NO_INERTIA, times(share, place), velocity=times(share, velocity))
-            for n, mass, share in ((1, one, shares[0]), (2, two, shares[1]))
+            for n, mass, share in ((1, m1, shares[0]), (2, m2, shares[1]))
         )
 
         force = Force("particle 2", "mutual_force", inward(pull, parameters), "particle 1")
