@@ -82,8 +82,8 @@ def turned(rate: Sequence[Any], growth: Sequence[Any], time: Any) -> Quaternion:
     term: Quaternion = (flint.arb(1), zero, zero, zero)
     total = term
     for n in range(1, count + 1):
-        one, other = product(first, term), product(second, before)
-        before, term = term, tuple((a + b) / n for a, b in zip(one, other, strict=True))  # type: ignore[assignment]
+        steady, growing = product(first, term), product(second, before)
+        before, term = term, tuple((a + b) / n for a, b in zip(steady, growing, strict=True))  # type: ignore[assignment]
         total = tuple(a + b for a, b in zip(total, term, strict=True))  # type: ignore[assignment]
     rest = (2 * size).exp() * flint.arb(2) ** (1 - count)
     left = flint.arb(0, 1) * rest

@@ -86,20 +86,20 @@ class BouncingBall(Motion):
         """(time, speed before) of the impacts up to `end`, ending before the first flight shorter than `settle`."""
         if self.rests:
             return []
-        count, found = self.impacts(end), list[tuple[Any, Any]]()
+        count, impacts = self.impacts(end), list[tuple[Any, Any]]()
         with working(digits + 20) as mp:
             speed, time = self._speed(mp), self._impact_time(mp, 1)
             restitution, rate, shortest = mp.mpf(self.e), 2 / mp.mpf(self.g), mp.mpf(settle)
             arriving, gap = publish([speed], digits)[0], speed * rate
-            while count is None or len(found) < count:
-                found.append((publish([time], digits)[0], arriving))
+            while count is None or len(impacts) < count:
+                impacts.append((publish([time], digits)[0], arriving))
                 if self.e < 1:
                     speed = speed * restitution
                     arriving, gap = publish([speed], digits)[0], speed * rate
                 if gap < shortest:
                     break
                 time = time + gap
-        return found
+        return impacts
 
     def _state(self, mp: Any, t: Fraction) -> Sequence[Any]:
         count, time, g = self.impacts(t), mp.mpf(t), mp.mpf(self.g)
@@ -181,8 +181,8 @@ class BouncingBall(Motion):
         return root if root**2 == self._speed_squared else None
 
     def _rational_time(self, u: Fraction, n: int | None) -> Fraction:
-        kept = Fraction(0) if n is None else self.e ** (n - 1)
-        flights = Fraction((n or 1) - 1) if self.e == 1 else self.e * (1 - kept) / (1 - self.e)
+        share = Fraction(0) if n is None else self.e ** (n - 1)
+        flights = Fraction((n or 1) - 1) if self.e == 1 else self.e * (1 - share) / (1 - self.e)
         return (self.v0 + u * (1 + 2 * flights)) / self.g
 
     def _path_length(self, mp: Any) -> Any:

@@ -39,23 +39,23 @@ class ChatteringBall(VibratingTable):
         """The bouts that begin up to a time, at the current precision; later flights may be among theirs."""
         bits, more = flint.ctx.prec, ball(until).mid()
         with precision(2 * bits):
-            found = _bouts(self, bits)
-            while self._continues(found, more, bits):
+            bouts = _bouts(self, bits)
+            while self._continues(bouts, more, bits):
                 pass
-        return [bout for bout in found if not bout.flights[0].begin.mid() > more]
+        return [bout for bout in bouts if not bout.flights[0].begin.mid() > more]
 
     def counts(self, until: Fraction, settle: Fraction) -> list[tuple[int, bool]]:
         """For each bout, the bounces up to a time or the first flight shorter than `settle`, and whether rest follows."""
         with precision(2 * ROUGH_BITS):
-            found = []
+            counts = []
             for bout in self.bouts(until):
                 begins = [flight.begin.mid() for flight in bout.flights]
                 listed = [b for b in begins if not b > ball(until).mid()]
                 short = (k for k in range(1, len(begins) - 1) if begins[k + 1] - begins[k] < ball(settle))
                 count = min(len(listed) - 1, next(short, len(listed)))
                 rests = bout.rest is not None and not bout.rest.mid() > ball(until).mid()
-                found.append((count, bool(rests)))
-        return found
+                counts.append((count, bool(rests)))
+        return counts
 
     def bounce(self, bout: int, n: int, until: Fraction, digits: int = 15) -> tuple[Any, Any, Any]:
         """Time of bounce n = 1, 2, ... of a bout, and the relative velocity before and after it."""
@@ -81,14 +81,14 @@ class ChatteringBall(VibratingTable):
         flights = self._bout(bout, until).flights
         return flights[n] if n < len(flights) else UNKNOWN
 
-    def _continues(self, found: list[Bout], until: Any, bits: int) -> bool:
+    def _continues(self, bouts: list[Bout], until: Any, bits: int) -> bool:
         """Adds a flight, a rest or a release; False if the next is later than `until`, or unknown."""
-        bout = found[-1]
+        bout = bouts[-1]
         if bout.rest is not None:
             begin = None if bout.rest.mid() > until else self._release(bout.rest)
             if begin is None or not begin.is_finite() or begin.mid() > until:
                 return False
-            found.append(Bout([Flight(begin, *[flint.arb(0)] * 3)]))
+            bouts.append(Bout([Flight(begin, *[flint.arb(0)] * 3)]))
             return True
         flight = bout.flights[-1]
         if not flight.begin.is_finite() or flight.begin.mid() > until:

@@ -32,8 +32,8 @@ class Fragments(Motion):
     def kicks(self) -> Four:
         """The change of each velocity at the burst; the total momentum does not change."""
         total = self.m1 + self.m2
-        one, two = -self.m2 / total, self.m1 / total
-        return one * self.wx, one * self.wy, two * self.wx, two * self.wy
+        first, second = -self.m2 / total, self.m1 / total
+        return first * self.wx, first * self.wy, second * self.wx, second * self.wy
 
     @property
     def energy_released(self) -> Fraction:

@@ -40,12 +40,12 @@ class BallLine(Motion):
     @cached_property
     def legs(self) -> tuple[Leg, ...]:
         """The motion from the start and after each impact."""
-        found = [Leg(Fraction(0), None, self.places, self.velocities)]
-        while len(found) <= MOST:
-            following = self._next(found[-1])
+        legs = [Leg(Fraction(0), None, self.places, self.velocities)]
+        while len(legs) <= MOST:
+            following = self._next(legs[-1])
             if following is None:
-                return tuple(found)
-            found.append(following)
+                return tuple(legs)
+            legs.append(following)
         raise ArithmeticError(f"more than {MOST} impacts")
 
     @cached_property
@@ -56,9 +56,9 @@ class BallLine(Motion):
         """Energy lost in the impact before this leg: (1 - e^2)/2 times reduced mass times squared speed of approach."""
         pair = self.legs[leg].pair
         assert pair is not None
-        one, two = self.masses[pair : pair + 2]
+        m1, m2 = self.masses[pair : pair + 2]
         before = self.legs[leg - 1].velocities
-        return (1 - self.e**2) * one * two / (one + two) * (before[pair] - before[pair + 1]) ** 2 / 2
+        return (1 - self.e**2) * m1 * m2 / (m1 + m2) * (before[pair] - before[pair + 1]) ** 2 / 2
 
     def _next(self, leg: Leg) -> Leg | None:
         x, v = leg.places, leg.velocities
@@ -72,9 +72,9 @@ class BallLine(Motion):
                 f"balls {pair + 1}, {pair + 2} and {pair + 3} meet at the same time; the outcome is undefined"
             )
         places = tuple(a + b * wait for a, b in zip(x, v, strict=True))
-        one, two = self.masses[pair : pair + 2]
-        mean, apart = (one * v[pair] + two * v[pair + 1]) / (one + two), self.e * (v[pair] - v[pair + 1]) / (one + two)
-        after = (*v[:pair], mean - two * apart, mean + one * apart, *v[pair + 2 :])
+        m1, m2 = self.masses[pair : pair + 2]
+        mean, apart = (m1 * v[pair] + m2 * v[pair + 1]) / (m1 + m2), self.e * (v[pair] - v[pair + 1]) / (m1 + m2)
+        after = (*v[:pair], mean - m2 * apart, mean + m1 * apart, *v[pair + 2 :])
         return Leg(leg.time + wait, pair, places, after)
 
     def _state(self, mp: Any, t: Fraction) -> Sequence[Any]:
@@ -146,8 +146,8 @@ class DiscImpact(BallMotion):
         time, total = self._time(), self.m1 + self.m2
         push = ball((1 + self.e) / total / self.R**2) * ball(self._squares[1]).sqrt()
         kick = push * (ball(x) + ball(u) * time), push * (ball(y) + ball(w) * time)
-        one, two = ball(self.m1), ball(self.m2)
-        return [-two * kick[0], -two * kick[1], one * kick[0], one * kick[1]]
+        m1, m2 = ball(self.m1), ball(self.m2)
+        return [-m2 * kick[0], -m2 * kick[1], m1 * kick[0], m1 * kick[1]]
 
     def _moved(self, t: Any, after: bool) -> list[Any]:
         places = [ball(x) + ball(v) * t for x, v in zip(self.places, self.velocities, strict=True)]

@@ -90,8 +90,8 @@ class TwoBlocks(BallMotion):
         return n if self.turning > 0 else 1 - n
 
     def _point(self, pair: Pair) -> Any:
-        one, two = pair
-        return flint.acb(ball(self.m2).sqrt() * ball(two), ball(self.m1).sqrt() * ball(one))
+        first, second = pair
+        return flint.acb(ball(self.m2).sqrt() * ball(second), ball(self.m1).sqrt() * ball(first))
 
     def _wedge(self) -> Any:
         return flint.arb.atan2(ball(self.m1).sqrt(), ball(self.m2).sqrt())
@@ -142,8 +142,8 @@ class TwoBlocks(BallMotion):
         if ray % 2:
             p, q = p - m1 * q, p + m2 * q
         q = q if ray >= 0 else -q
-        one, two = pair
-        moment = one * p - two * q * (1 if ray % 2 else m2)
+        first, second = pair
+        moment = first * p - second * q * (1 if ray % 2 else m2)
         return (moment > 0) - (moment < 0)
 
 
@@ -153,9 +153,9 @@ def _cross(a: Any, b: Any) -> Any:
 
 def _power(p: int, q: int, square: int, n: int) -> tuple[int, int]:
     """(p + i sqrt(square) q)^n."""
-    found = (1, 0)
+    power = (1, 0)
     while n:
         if n % 2:
-            found = (found[0] * p - square * found[1] * q, found[0] * q + found[1] * p)
+            power = (power[0] * p - square * power[1] * q, power[0] * q + power[1] * p)
         p, q, n = p * p - square * q * q, 2 * p * q, n // 2
-    return found
+    return power

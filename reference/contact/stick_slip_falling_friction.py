@@ -59,9 +59,9 @@ class FallingStickSlip(StickSlip):
         starts = [self._loose] if self.stuck_first or self.loose_first else [self._first, self._loose]
         least, reach = ball(self.V - self.mu_k / self.slope), ball(-self.xs)
         return all(
-            sign(lambda one=one: self._slowest(*one) - least) > 0  # type: ignore[misc]
-            and sign(lambda one=one: self._place(*one) - reach) > 0  # type: ignore[misc]
-            for one in starts
+            sign(lambda start=start: self._slowest(*start) - least) > 0  # type: ignore[misc]
+            and sign(lambda start=start: self._place(*start) - reach) > 0  # type: ignore[misc]
+            for start in starts
         )
 
     @property
@@ -93,8 +93,8 @@ class FallingStickSlip(StickSlip):
         a, b = self._push(distance, speed)
         if a == 0:
             return (2 if b < 0 else 1) * flint.arb.pi()
-        found = flint.arb.atan2(ball(b) / self._rate(), ball(a)) + flint.arb.pi() / 2
-        return found + 2 * flint.arb.pi() if a < 0 and b < 0 else found
+        phase = flint.arb.atan2(ball(b) / self._rate(), ball(a)) + flint.arb.pi() / 2
+        return phase + 2 * flint.arb.pi() if a < 0 and b < 0 else phase
 
     def _missed(self, distance: Fraction, speed: Fraction) -> int:
         """The number of peaks that stay below V; none after a start at V, which is past a peak of V or more."""

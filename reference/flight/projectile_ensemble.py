@@ -23,7 +23,7 @@ def states(parameters: Floats, starts: Floats, times: Floats) -> tuple[Floats, N
 
 
 @njit(cache=True, error_model="numpy")  # type: ignore[untyped-decorator]
-def _evaluate(parameters: Floats, starts: Floats, times: Floats, found: Floats, known: Any) -> None:
+def _evaluate(parameters: Floats, starts: Floats, times: Floats, out: Floats, known: Any) -> None:
     for i in range(len(starts)):
         g = parameters[i, 0]
         x, y, vx, vy = starts[i, 0], starts[i, 1], starts[i, 2], starts[i, 3]
@@ -32,13 +32,13 @@ def _evaluate(parameters: Floats, starts: Floats, times: Floats, found: Floats, 
             t = times[j]
             a, a_low = two_product(vx, t)
             a, a_low = add(a, a_low, x, 0.0)
-            found[i, j, 0] = a + a_low
+            out[i, j, 0] = a + a_low
             fall, fall_low = two_product(g, t)
             a, a_low = add(vy, 0.0, -fall, -fall_low)
-            found[i, j, 2], found[i, j, 3] = vx, a + a_low
+            out[i, j, 2], out[i, j, 3] = vx, a + a_low
             # y + t (vy - g t / 2)
             a, a_low = add(vy, 0.0, -fall / 2, -fall_low / 2)
             a, a_low = multiply(a, a_low, t, 0.0)
             a, a_low = add(a, a_low, y, 0.0)
-            found[i, j, 1] = a + a_low
-            known[i] &= math.isfinite(found[i, j, 0] + found[i, j, 1])
+            out[i, j, 1] = a + a_low
+            known[i] &= math.isfinite(out[i, j, 0] + out[i, j, 1])

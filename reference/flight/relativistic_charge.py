@@ -49,8 +49,8 @@ class RelativisticCharge(BallMotion):
 
     def largest_gamma(self, span: Fraction) -> float:
         """The largest Lorentz factor at the start, the middle and the end of a span."""
-        found = [1 + sum(float(u) ** 2 for u in self.state(t)[3:]) / float(self.c) ** 2 for t in (0, span / 2, span)]
-        return float(max(found) ** 0.5)
+        squares = [1 + sum(float(u) ** 2 for u in self.state(t)[3:]) / float(self.c) ** 2 for t in (0, span / 2, span)]
+        return float(max(squares) ** 0.5)
 
     def field_invariants(self) -> tuple[Fraction, Fraction]:
         """E^2 - c^2 B^2 and E.B, which are the same in every inertial frame."""

@@ -83,7 +83,7 @@ def collocate(
     Raises TooLongError after `most_steps` steps, ArithmeticError where the steps become too short.
     """
     with precision(math.ceil((digits + 25) * math.log2(10))):
-        method, now, here, found, taken = (
+        method, now, here, states, steps = (
             _Method(field, jacobian, stages, digits),
             Fraction(0),
             [ball(x) for x in state],
@@ -101,10 +101,10 @@ def collocate(
                         f"the steps of the collocation fall below {float(length):.1g} at t = {float(now):.6g}"
                     )
                 solved = _stages(method, now, here, length, largest, guess)
-                taken += 1
-                if taken > most_steps:
+                steps += 1
+                if steps > most_steps:
                     raise TooLongError(
-                        f"{taken} steps of collocation, the most that are taken, reach t = {float(now):.6g}"
+                        f"{steps} steps of collocation, the most that are taken, reach t = {float(now):.6g}"
                     )
                 if solved is None:
                     step, guess = length * Fraction(SHRINK), None
@@ -117,8 +117,8 @@ def collocate(
                 largest = np.maximum(largest, [abs(float(x)) for x in here])
                 grown = length * Fraction(min(factor, GROW)).limit_denominator(1000)
                 step = max(step, grown) if length < step else grown
-            found.append(tuple(_fraction(x) for x in here))
-        return found
+            states.append(tuple(_fraction(x) for x in here))
+        return states
 
 
 class _Solved:

@@ -37,7 +37,7 @@ def extrapolate_implicitly(
     """
     columns = digits + 8
     with precision(math.ceil((2 * digits + 15) * math.log2(10))):
-        now, here, found, taken = Fraction(0), [ball(x) for x in state], [], 0
+        now, here, states, steps = Fraction(0), [ball(x) for x in state], [], 0
         span, largest = times[-1], np.array([abs(float(x)) for x in state])
         step = first_step(field, jacobian, here, span)
         for time in times:
@@ -48,10 +48,10 @@ def extrapolate_implicitly(
                         f"the steps of the extrapolation fall below {float(length):.1g} at t = {float(now):.6g}"
                     )
                 there, error, used = _extrapolated(field, jacobian, now, here, length, columns, largest, digits)
-                taken += 1
-                if taken > most_steps:
+                steps += 1
+                if steps > most_steps:
                     raise TooLongError(
-                        f"{taken} steps of extrapolation, the most that are taken, reach t = {float(now):.6g}"
+                        f"{steps} steps of extrapolation, the most that are taken, reach t = {float(now):.6g}"
                     )
                 if there is None or not error <= 10.0**-digits:
                     step = length * Fraction(SHRINK)
@@ -62,8 +62,8 @@ def extrapolate_implicitly(
                     GROW if used < columns - 10 else 1.5 if used < columns - 5 else 1.0 if used < columns - 2 else 0.7
                 )
                 step = max(step, grown) if length < step else grown
-            found.append(tuple(_fraction(x) for x in here))
-        return found
+            states.append(tuple(_fraction(x) for x in here))
+        return states
 
 
 def _extrapolated(

@@ -125,8 +125,8 @@ class ModesPath:
 
     def _first(self, guards: Sequence[list[Any]], step: Fraction, fired: bool) -> tuple[Fraction, int] | None:
         """The first crossing in a step, and the number of its guard."""
-        found = [(root, k) for k, c in enumerate(guards) for root in [_root(c, step, fired)] if root is not None]
-        return min(found, default=None)
+        crossings = [(root, k) for k, c in enumerate(guards) for root in [_root(c, step, fired)] if root is not None]
+        return min(crossings, default=None)
 
 
 class _GuardedFlow:
@@ -171,8 +171,7 @@ def _root(coefficients: list[Any], step: Fraction, after_event: bool) -> Fractio
     for c in coefficients:
         scaled.append(c * power)
         power = power * h
-    sizes = [abs(float(c)) for c in scaled]
-    largest = max(sizes)
+    largest = max(abs(float(c)) for c in scaled)
     if largest == 0:
         return None
     values = np.array([float(c) for c in scaled]) / largest

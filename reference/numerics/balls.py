@@ -94,9 +94,9 @@ def floor_of(compute: Callable[[], Any]) -> int:
     bits = 64
     while bits <= 2**13:
         with precision(bits):
-            found = compute().floor().unique_fmpz()
-        if found is not None:
-            return int(found)
+            whole = compute().floor().unique_fmpz()
+        if whole is not None:
+            return int(whole)
         bits *= 2
     raise ArithmeticError("a number cannot be distinguished from an integer")
 
@@ -104,8 +104,8 @@ def floor_of(compute: Callable[[], Any]) -> int:
 def nearest_integer(x: Any) -> int:
     """The integer nearest to the midpoint of a ball; 0 if it is not finite."""
     with precision(max(64, flint.ctx.prec)):
-        found = (x.mid() + flint.arb(0.5)).floor().unique_fmpz() if x.is_finite() else 0
-    return int(found) if found is not None else 0
+        whole = (x.mid() + flint.arb(0.5)).floor().unique_fmpz() if x.is_finite() else 0
+    return int(whole) if whole is not None else 0
 
 
 def as_ball(value: Any) -> Any:

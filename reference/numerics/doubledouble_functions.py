@@ -24,11 +24,11 @@ LAST_FACTORIAL = 28
 
 def parts(value: Any, count: int = 2) -> list[float]:
     """A number as an unevaluated sum of doubles."""
-    rest, found = Fraction(exact(value)), []
+    rest, doubles = Fraction(exact(value)), []
     for _ in range(count):
-        found.append(float(rest))
-        rest -= Fraction(found[-1])
-    return found
+        doubles.append(float(rest))
+        rest -= Fraction(doubles[-1])
+    return doubles
 
 
 with working(60) as _mp:
@@ -45,10 +45,10 @@ def filled(
     formula: Callable[..., None], dimension: int, parameters: Floats, starts: Floats, times: Floats
 ) -> tuple[Floats, NDArray[np.bool_]]:
     """The states (n, k, dimension) of many motions by a compiled formula, and which of the motions are known (n,)."""
-    found = np.empty((len(starts), len(times), dimension))
+    states = np.empty((len(starts), len(times), dimension))
     known = np.empty(len(starts), dtype=np.bool_)
-    formula(parameters, starts, times, found, known)
-    return found, known
+    formula(parameters, starts, times, states, known)
+    return states, known
 
 
 @njit(error_model="numpy")  # type: ignore[untyped-decorator]
@@ -120,5 +120,5 @@ def angle(y: float, y_low: float, x: float, x_low: float) -> tuple[float, float]
     b, b_low = multiply(x, x_low, s, s_low)
     a, a_low = add(a, a_low, -b, -b_low)
     b = fma(x, c, y * s)
-    found, low = two_sum(rough, a / b)
-    return found, low
+    high, low = two_sum(rough, a / b)
+    return high, low

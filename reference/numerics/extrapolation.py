@@ -28,20 +28,20 @@ def extrapolate(
     columns = max(6, digits // 2 - 2)
     # The table's weights grow to 10**(columns/2); 15 digits cover the round-off of many steps.
     with precision(math.ceil((digits + columns / 2 + 15) * math.log2(10))):
-        now, here, found, taken = Fraction(0), [ball(x) for x in state], [], 0
+        now, here, states, steps = Fraction(0), [ball(x) for x in state], [], 0
         for time in times:
             while now < time:
                 length = min(step, time - now)
                 there, error = _extrapolated(field, now, here, length, columns)
                 if error < -digits * math.log(10):
-                    now, here, taken = now + length, there, taken + 1
+                    now, here, steps = now + length, there, steps + 1
                     step = max(step, (length * GROW).limit_denominator(10**9)) if error < -digits * 2.5 else step
                 else:
                     step = length * SHRINK
-                if taken > MAX_STEPS or step < Fraction(1, 10**15):
+                if steps > MAX_STEPS or step < Fraction(1, 10**15):
                     raise ArithmeticError(f"the extrapolation does not pass t = {float(now):g}")
-            found.append(tuple(_fraction(x) for x in here))
-        return found
+            states.append(tuple(_fraction(x) for x in here))
+        return states
 
 
 def _extrapolated(field: Field, t: Fraction, y: list[Any], length: Fraction, columns: int) -> tuple[list[Any], float]:

@@ -68,7 +68,7 @@ class Track:
         """The ends of cells, halved until each takes at most `longest` by Simpson's rule, or is short for its place."""
         last = end.mid()
         waiting = [(k * last / FEWEST_CELLS, (k + 1) * last / FEWEST_CELLS) for k in reversed(range(FEWEST_CELLS))]
-        found = []
+        ends = []
         with precision(ROUGH_BITS):
             while waiting:
                 low, high = waiting.pop()
@@ -78,8 +78,8 @@ class Track:
                 if float(takes.mid()) > longest and not short and width > NARROWEST * abs(last):
                     waiting += [(middle, high), (low, middle)]
                 else:
-                    found.append(high.mid())
-        return [*found[:-1], end]
+                    ends.append(high.mid())
+        return [*ends[:-1], end]
 
     def _rough(self, low: Any, high: Any, time: Any) -> Any:
         """The place `time` after `low`, to ten digits of the cell: Newton's method, or bisection where it leaves it."""

@@ -82,10 +82,10 @@ def cosine_series(
             a = [x.mid() for x in a]
             if _settled(a, wanted):
                 last = max((k for k in range(count) if abs(a[k]) > abs(a[0]) * flint.arb(2) ** -wanted), default=0)
-                kept = a[: last + 1]
-                terms = flint.acb_poly([0, *kept[1:]])
-                integrated = flint.acb_poly([0, *((x / k).mid() for k, x in enumerate(kept[1:], start=1))])
-                return CosineSeries((kept[0] / 2).mid(), terms, integrated, bits)
+                cosines = a[: last + 1]
+                terms = flint.acb_poly([0, *cosines[1:]])
+                integrated = flint.acb_poly([0, *((x / k).mid() for k, x in enumerate(cosines[1:], start=1))])
+                return CosineSeries((cosines[0] / 2).mid(), terms, integrated, bits)
             if count >= ENOUGH_TO_PREDICT and _reached(a) * most < wanted * count:
                 break
         count *= 2

@@ -87,9 +87,9 @@ def _pieces(cycle: Cycle | None, farthest: float, span: float | None, breaks: Se
 
 def _double(value: Fraction, toward: float) -> Fraction:
     """The double next to `value`, below or above it."""
-    found = float(value)
-    on_the_side = Fraction(found) <= value if toward < 0 else Fraction(found) >= value
-    return Fraction(found if on_the_side else math.nextafter(found, toward))
+    nearest = float(value)
+    on_the_side = Fraction(nearest) <= value if toward < 0 else Fraction(nearest) >= value
+    return Fraction(nearest if on_the_side else math.nextafter(nearest, toward))
 
 
 _kept: dict[tuple[Pointwise, tuple[Piece, ...]], Cells] = {}

@@ -77,7 +77,7 @@ def build(motion: Pointwise, pieces: Sequence[Piece], budget: int) -> Cells:
     """The cells of all pieces, from left to right; raises TooExpensiveError beyond `budget` states."""
     reach = pieces[-1][1] - pieces[0][0]
     width = longest = reach / LEAST_CELLS
-    found = []
+    cells = []
     cost = 0
     for start, stop in _long(pieces, reach):
         trouble = start
@@ -91,7 +91,7 @@ def build(motion: Pointwise, pieces: Sequence[Piece], budget: int) -> Cells:
                 raise TooExpensiveError
             fit = _fit(motion, (start + end) / 2, (end - start) / 2)
             if fit is not None and fit.good:
-                found += _cut(start, end, fit.powers, fit.errors)
+                cells += _cut(start, end, fit.powers, fit.errors)
                 start = end
                 # Not wider before the end of the last rejected cell.
                 grown = min(4.0 if start >= trouble else 1.0, fit.away / LEAST_DISTANCE)
@@ -101,9 +101,9 @@ def build(motion: Pointwise, pieces: Sequence[Piece], budget: int) -> Cells:
                 if end - start <= reach * NARROWEST:
                     start, grown = end, 1.0
             width = min(longest, _short(tried * Fraction(grown)))
-    if not found:
+    if not cells:
         raise TooExpensiveError
-    return _trimmed(found)
+    return _trimmed(cells)
 
 
 def _short(value: Fraction) -> Fraction:
@@ -114,21 +114,20 @@ def _short(value: Fraction) -> Fraction:
 
 def _long(pieces: Sequence[Piece], reach: Fraction) -> list[Piece]:
     """All pieces but the shortest."""
-    kept, left_out = list(pieces), Fraction(0)
+    longest, left_out = list(pieces), Fraction(0)
     for piece in sorted(pieces, key=lambda piece: piece[1] - piece[0]):
         left_out += piece[1] - piece[0]
         if left_out > reach * LEFT_OUT:
             break
-        kept.remove(piece)
-    return kept
+        longest.remove(piece)
+    return longest
 
 
 def _divided(piece: Piece, longest: Fraction) -> list[Piece]:
     """A piece in equal cells, none longer than `longest`."""
     start, stop = piece
     count = math.ceil((stop - start) / longest)
-    ends = [start + (stop - start) * k / count for k in range(count + 1)]
-    return list(pairwise(ends))
+    return list(pairwise([start + (stop - start) * k / count for k in range(count + 1)]))
 
 
 def _fit(motion: Pointwise, centre: Fraction, half: Fraction) -> Fit | None:
@@ -159,7 +158,7 @@ def _fit(motion: Pointwise, centre: Fraction, half: Fraction) -> Fit | None:
 
 def _cut(start: Fraction, stop: Fraction, powers: Any, errors: Floats) -> list[tuple[Any, ...]]:
     """A good cell in PARTS: edge, centre, inverse of half, coefficients high and low, error."""
-    found = []
+    cells = []
     for (begin, end), matrix in zip(_divided((start, stop), (stop - start) / PARTS), _shifts(), strict=True):
         with precision(BITS):
             middles = [[x.mid() for x in row] for row in (matrix * powers).tolist()]
@@ -167,14 +166,14 @@ def _cut(start: Fraction, stop: Fraction, powers: Any, errors: Floats) -> list[t
             low = [
                 [float(x - y) for x, y in zip(row, tops, strict=True)] for row, tops in zip(middles, high, strict=True)
             ]
-        found.append((_from(begin), _two_parts((begin + end) / 2), _two_parts(2 / (end - begin)), high, low, errors))
-    return found
+        cells.append((_from(begin), _two_parts((begin + end) / 2), _two_parts(2 / (end - begin)), high, low, errors))
+    return cells
 
 
 def _from(moment: Fraction) -> float:
     """The first double at or after a moment."""
-    found = float(moment)
-    return found if Fraction(found) >= moment else math.nextafter(found, math.inf)
+    nearest = float(moment)
+    return nearest if Fraction(nearest) >= moment else math.nextafter(nearest, math.inf)
 
 
 def _two_parts(value: Fraction) -> tuple[float, float]:
@@ -183,18 +182,18 @@ def _two_parts(value: Fraction) -> tuple[float, float]:
     return first, float(value - Fraction(first))
 
 
-def _trimmed(found: list[tuple[Any, ...]]) -> Cells:
+def _trimmed(cells: list[tuple[Any, ...]]) -> Cells:
     """The cells without negligible powers and low parts, which are added to the errors."""
-    edges, centres, inverses, high, low, errors = (np.array(column) for column in zip(*found, strict=True))
+    edges, centres, inverses, high, low, errors = (np.array(column) for column in zip(*cells, strict=True))
     parts = np.abs(high)
     rates = np.einsum("cjd,j->cd", parts, np.arange(float(NODES))) * inverses[:, :1]
     # beyond[:, j]: the sum of all from j on
     beyond = np.cumsum(np.pad(parts, ((0, 0), (0, 1), (0, 0)))[:, ::-1], axis=1)[:, ::-1]
     sizes = beyond[:, 0]
-    kept = _first(beyond <= np.maximum(errors, 2.0**-90 * sizes)[:, None])
-    doubled = min(_first(beyond * 2.0**-51 <= np.maximum(errors, 2.0**-82 * sizes)[:, None]), kept)
-    errors = errors + beyond[:, kept] + beyond[:, doubled] * 2.0**-51 + sizes * 2.0**-97
-    high, low = (np.ascontiguousarray(x) for x in (high[:, :kept], low[:, :doubled]))
+    count = _first(beyond <= np.maximum(errors, 2.0**-90 * sizes)[:, None])
+    doubled = min(_first(beyond * 2.0**-51 <= np.maximum(errors, 2.0**-82 * sizes)[:, None]), count)
+    errors = errors + beyond[:, count] + beyond[:, doubled] * 2.0**-51 + sizes * 2.0**-97
+    high, low = (np.ascontiguousarray(x) for x in (high[:, :count], low[:, :doubled]))
     return Cells(edges, centres, inverses, high, low, errors, rates)
 
 
@@ -204,8 +203,7 @@ def _first(good: Any) -> int:
 
 
 def _states(motion: Pointwise, moments: Sequence[Fraction]) -> Any:
-    rows = [[as_ball(x) for x in motion.state(t, SAMPLE_DIGITS)] for t in moments]
-    return flint.arb_mat(rows)
+    return flint.arb_mat([[as_ball(x) for x in motion.state(t, SAMPLE_DIGITS)] for t in moments])
 
 
 def _sizes(matrix: Any) -> Floats:
@@ -243,7 +241,7 @@ def _inverse() -> Any:
 @cache
 def _shifts() -> list[Any]:
     """For each part of a cell, the matrix that makes its coefficients from the coefficients of the whole."""
-    found = []
+    matrices = []
     for k in range(PARTS):
         centre = Fraction(2 * k + 1 - PARTS, PARTS)
         rows = [
@@ -251,5 +249,5 @@ def _shifts() -> list[Any]:
             for j in range(NODES)
         ]
         with precision(BITS):
-            found.append(flint.arb_mat([[ball(x) for x in row] for row in rows]))
-    return found
+            matrices.append(flint.arb_mat([[ball(x) for x in row] for row in rows]))
+    return matrices

@@ -62,7 +62,7 @@ def integrate(
         now = Fraction(0)
         here = [ball(x) for x in state]
         flow = _Flow(field, len(here))
-        found = []
+        states = []
         steps = 0
         for time in times:
             while now < time:
@@ -73,8 +73,8 @@ def integrate(
                 steps += 1
                 if steps > MAX_STEPS:
                     raise ArithmeticError(f"more than {MAX_STEPS} Taylor steps, at t = {float(now):g}")
-            found.append(tuple(_fraction(x) for x in here))
-        return found
+            states.append(tuple(_fraction(x) for x in here))
+        return states
 
 
 class _Flow:

@@ -81,8 +81,8 @@ def integral(rate: Callable[[Any], Any], end: Any, digits: int) -> Any:
     The ball is wide, or not finite, where the current precision is not enough.
     """
     small = flint.arb(10) ** -digits
-    found = flint.acb.integral(lambda s, _: rate(s), 0, end, rel_tol=small, abs_tol=small, eval_limit=MOST_EVALUATIONS)
-    return found.real
+    value = flint.acb.integral(lambda s, _: rate(s), 0, end, rel_tol=small, abs_tol=small, eval_limit=MOST_EVALUATIONS)
+    return value.real
 
 
 def accumulated(rate: Callable[[Any], Any], time: Any, period: Any | None, digits: int) -> Any:

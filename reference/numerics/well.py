@@ -120,14 +120,14 @@ class WellMotion(Motion):
         """The turning points; a start at one of them is used exactly."""
         x0, v0 = self._begin()
         energy, bottom = self._energy(mp), self._bottom(mp)
-        found = []
+        edges = []
         for wall, side in zip(self._walls(mp), (-1, 1), strict=True):
             start = mp.mpf(x0)
             if v0 == 0 and (start - bottom) * side > 0:
-                found.append(start)
+                edges.append(start)
                 continue
-            found.append(self._edge(mp, energy, bottom, wall, side))
-        return found[0], found[1]
+            edges.append(self._edge(mp, energy, bottom, wall, side))
+        return edges[0], edges[1]
 
     def _edge(self, mp: Any, energy: Any, inside: Any, wall: Any, side: int) -> Any:
         """Where V = E on one side of the bottom: bisection until Newton's method is sure to converge, then that."""
@@ -169,7 +169,7 @@ class WellMotion(Motion):
         if self.rests:
             return None
         series = _shape(self, mp.prec).series
-        period, *carried = (one.integral_over_turn(mp) for one in series)
+        period, *carried = (expansion.integral_over_turn(mp) for expansion in series)
         return Cycle(period, self._turned(mp, carried, period))
 
     def _state(self, mp: Any, t: Fraction) -> Sequence[Any]:
@@ -192,12 +192,11 @@ class WellMotion(Motion):
             if abs(step) < mp.mpf(2) ** (-mp.prec // 2 - 8):  # the next error is the square of this one
                 break
         pace, past = shape.series[0].at(mp, phi)
-        left = (time - past) / pace
-        phi += left
+        phi += (time - past) / pace
         cosine, sine = mp.cos_sin(phi)
         carried = []
-        for one, begun in zip(shape.series[1:], shape.begun[1:], strict=True):
-            carried.append(one.at(mp, phi)[1] - begun + turns * one.integral_over_turn(mp))
+        for expansion, begun in zip(shape.series[1:], shape.begun[1:], strict=True):
+            carried.append(expansion.at(mp, phi)[1] - begun + turns * expansion.integral_over_turn(mp))
         return self._read(mp, t, shape.middle + shape.reach * cosine, -shape.reach * sine / pace, carried)
 
 
@@ -233,8 +232,8 @@ def _shape(motion: WellMotion, bits: int) -> _Shape:
         functions = [pace, *(carry(i) for i in range(count))]
         known = _shape(motion, ROUGH).series if bits > ROUGH else ()
         most = MOST if bits > ROUGH else MOST_ROUGH
-        firsts = [one.expected(mp.prec) for one in known] or [FIRST] * len(functions)
+        firsts = [expansion.expected(mp.prec) for expansion in known] or [FIRST] * len(functions)
         series = tuple(cosine_series(f, mp.prec, first, most) for f, first in zip(functions, firsts, strict=True))
-        begun = tuple(one.at(mp, start)[1] for one in series)
+        begun = tuple(expansion.at(mp, start)[1] for expansion in series)
         phases, times = series[0].table()
         return _Shape(+middle, +reach, +start, series, begun, (phases, times))

@@ -163,7 +163,7 @@ def _reduced(elements: Floats, t: float, out: Floats) -> float:
 
 
 @njit(cache=True, error_model="numpy")  # type: ignore[untyped-decorator]
-def _evaluate(parameters: Floats, starts: Floats, times: Floats, found: Floats, known: Any) -> None:
+def _evaluate(parameters: Floats, starts: Floats, times: Floats, out: Floats, known: Any) -> None:
     elements, U, T, value, r = (
         np.zeros((4, 2)), np.zeros((4, 2)), np.zeros(2), np.zeros(2), np.zeros(2),
     )  # fmt: skip
@@ -177,7 +177,7 @@ def _evaluate(parameters: Floats, starts: Floats, times: Floats, found: Floats, 
             chi, chi_low = _anomaly(r0[0], sigma[0], alpha[0], T[0]), 0.0
             known[i] &= abs(alpha[0]) * chi * chi < SERIES_ARGUMENT * 4.0**QUARTERINGS
             if not known[i]:  # nan too
-                found[i, j] = np.nan
+                out[i, j] = np.nan
                 continue
             last = 0.0
             for _ in range(2):
@@ -195,7 +195,7 @@ def _evaluate(parameters: Floats, starts: Floats, times: Floats, found: Floats, 
             size = r0[0] * abs(U[0, 0]) + abs(sigma[0] * U[1, 0]) + abs(U[2, 0])
             off = off * (bend / r[0] + 1 / math.sqrt(r[0]) + speed / s[0]) + UNIT * size / r[0]
             known[i] &= off < CERTAIN
-            _place(elements, U, T, r, starts[i], found[i, j])
+            _place(elements, U, T, r, starts[i], out[i, j])
 
 
 @njit(error_model="numpy")  # type: ignore[untyped-decorator]

@@ -44,8 +44,8 @@ class TwoBody(Motion):
 
     def centre(self, pair: Four) -> tuple[Fraction, Fraction]:
         """The mean of (x1, y1, x2, y2), weighted by the masses."""
-        one, two = self.share
-        return one * pair[0] + two * pair[2], one * pair[1] + two * pair[3]
+        first, second = self.share
+        return first * pair[0] + second * pair[2], first * pair[1] + second * pair[3]
 
     def _guard(self, t: Fraction) -> float:
         return self.relative._guard(t) + 5
@@ -62,9 +62,9 @@ class TwoBody(Motion):
         drift = self.centre(self.velocities)
         place = [mp.mpf(x + v * t) for x, v in zip(self.centre(self.places), drift, strict=True)]
         speed = [mp.mpf(v) for v in drift]
-        one, two = (mp.mpf(share) for share in self.share)
-        found = []
+        first, second = (mp.mpf(share) for share in self.share)
+        components = []
         for centre, part in ((place, relative[:2]), (speed, relative[2:])):
-            found += [c - two * r for c, r in zip(centre, part, strict=True)]
-            found += [c + one * r for c, r in zip(centre, part, strict=True)]
-        return found
+            components += [c - second * r for c, r in zip(centre, part, strict=True)]
+            components += [c + first * r for c, r in zip(centre, part, strict=True)]
+        return components

@@ -52,15 +52,15 @@ class SpringPair(Motion):
 
     def _state(self, mp: Any, t: Fraction) -> Sequence[Any]:
         total = self.m1 + self.m2
-        one, two = mp.mpf(self.m1 / total), mp.mpf(self.m2 / total)
-        found: list[list[Any]] = [[], [], [], []]
+        first, second = mp.mpf(self.m1 / total), mp.mpf(self.m2 / total)
+        parts: list[list[Any]] = [[], [], [], []]
         for axis, rest in enumerate(self.rests):
             place, speed = self.centre(axis, t)
             stretch, rate = self.vibration(axis)._state(mp, t)
             for slot, centre, apart in ((0, place, stretch + mp.mpf(rest)), (2, speed, rate)):
-                found[slot].append(mp.mpf(centre) - two * apart)
-                found[slot + 1].append(mp.mpf(centre) + one * apart)
-        return [x for part in found for x in part]
+                parts[slot].append(mp.mpf(centre) - second * apart)
+                parts[slot + 1].append(mp.mpf(centre) + first * apart)
+        return [x for part in parts for x in part]
 
 
 @dataclass(frozen=True)

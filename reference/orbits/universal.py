@@ -62,9 +62,9 @@ def rough_root(mp: Any, r0: Any, alpha: Any, s0: Any, target: Any) -> Any:
         new = chi - laguerre_step(mp, r0, alpha, s0, target, u)
         if not low <= new <= high or (k > 20 and k % 2):  # far out on a hyperbola each step changes w chi by 5/3 only
             new = (low + high) / 2
-        done = abs(new - chi) <= abs(new) * mp.mpf("1e-10")
+        converged = abs(new - chi) <= abs(new) * mp.mpf("1e-10")
         chi = new
-        if done:
+        if converged:
             break
     return chi
 

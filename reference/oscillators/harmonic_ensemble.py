@@ -25,7 +25,7 @@ def states(parameters: Floats, starts: Floats, times: Floats) -> tuple[Floats, N
 
 
 @njit(cache=True, error_model="numpy")  # type: ignore[untyped-decorator]
-def _evaluate(parameters: Floats, starts: Floats, times: Floats, found: Floats, known: Any) -> None:
+def _evaluate(parameters: Floats, starts: Floats, times: Floats, out: Floats, known: Any) -> None:
     for i in range(len(starts)):
         x, v = starts[i, 0], starts[i, 1]
         a, a_low = divide(parameters[i, 1], 0.0, parameters[i, 0], 0.0)
@@ -37,15 +37,15 @@ def _evaluate(parameters: Floats, starts: Floats, times: Floats, found: Floats, 
             a, a_low = multiply(w, w_low, times[j], 0.0)
             known[i] &= abs(a) < MOST_PHASE
             if not known[i]:
-                found[i, j] = np.nan
+                out[i, j] = np.nan
                 continue
             s, s_low, c, c_low = sine_cosine(a, a_low)
             a, a_low = multiply(c, c_low, x, 0.0)
             b, b_low = multiply(s, s_low, reach, reach_low)
             a, a_low = add(a, a_low, b, b_low)
-            found[i, j, 0] = a + a_low
+            out[i, j, 0] = a + a_low
             a, a_low = multiply(c, c_low, v, 0.0)
             b, b_low = multiply(s, s_low, fast, fast_low)
             a, a_low = add(a, a_low, -b, -b_low)
-            found[i, j, 1] = a + a_low
-            known[i] &= math.isfinite(found[i, j, 0] + found[i, j, 1])
+            out[i, j, 1] = a + a_low
+            known[i] &= math.isfinite(out[i, j, 0] + out[i, j, 1])

@@ -73,17 +73,17 @@ class Vibrations(LinearMotion):
         """(decay, angular frequency) of each mode, the slowest decay first; a pair of conjugates is one mode."""
         with working(digits + 10) as mp:
             roots = [r for r in self._roots(mp, self._rows()) if r.imag >= 0]
-            found = sorted((-r.real, r.imag) for r in roots)
-            return tuple((publish([a], digits)[0], publish([b], digits)[0]) for a, b in found)
+            pairs = sorted((-r.real, r.imag) for r in roots)
+            return tuple((publish([a], digits)[0], publish([b], digits)[0]) for a, b in pairs)
 
     def _roots(self, mp: Any, rows: Sequence[Sequence[Fraction]]) -> list[Any]:
         """The eigenvalues with their multiplicity, isolated as roots of the exact characteristic polynomial."""
         size = len(rows)
         entries = [flint.fmpq(x.numerator, x.denominator) for row in rows for x in row]
         with precision(mp.prec + 30):
-            found = flint.fmpq_mat(size, size, entries).charpoly().complex_roots()
+            roots = flint.fmpq_mat(size, size, entries).charpoly().complex_roots()
             return [
                 mp.mpc(mp.mpf(dyadic(root.real)), mp.mpf(dyadic(root.imag)))
-                for root, times in found
+                for root, times in roots
                 for _ in range(times)
             ]

@@ -71,8 +71,8 @@ class CycloidalMotion(Motion):
         with working(digits + self._guard(time)) as mp:
             s, rate = self._sine(mp, time)
             size = 4 * mp.mpf(self.a)
-            found = publish((size * s, size * rate), digits)
-        return found[0], found[1]
+            published = publish((size * s, size * rate), digits)
+        return published[0], published[1]
 
     def _frequency(self, mp: Any) -> Any:
         return mp.sqrt(mp.mpf(self.g / (4 * self.a)))

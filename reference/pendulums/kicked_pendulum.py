@@ -33,8 +33,8 @@ class KickedPendulum(Motion):
         """The angle at the impulse, and the rate before and after it."""
         start = self.after(digits + 20)
         with working(digits + 10) as mp:
-            found = (start.theta0, start.omega0 - self.jump, start.omega0)
-            return publish(map(mp.mpf, found), digits)  # type: ignore[return-value]
+            numbers = (start.theta0, start.omega0 - self.jump, start.omega0)
+            return publish(map(mp.mpf, numbers), digits)  # type: ignore[return-value]
 
     def _guard(self, t: Fraction) -> float:
         return self.before._guard(t) if t < self.blow else self.after()._guard(t - self.blow) + 5

@@ -31,10 +31,10 @@ def states(parameters: Floats, starts: Floats, times: Floats) -> tuple[Floats, N
 
     Also which of them are known (n,): next to the separatrix and at rest a motion needs the formulas of any precision.
     """
-    found = np.empty((len(starts), len(times), 2))
+    out = np.empty((len(starts), len(times), 2))
     known = np.empty(len(starts), dtype=np.bool_)
-    _evaluate(parameters, starts, times, np.empty((LEVELS, 4)), found, known)
-    return found, known
+    _evaluate(parameters, starts, times, np.empty((LEVELS, 4)), out, known)
+    return out, known
 
 
 @njit(error_model="numpy")  # type: ignore[untyped-decorator]
@@ -125,12 +125,12 @@ def _unwrapped(phase: float, phase_low: float, theta: float, sign: float, turns:
         round_ -= 1.0
     many = sign * (whole - round_)
     p, p_low = multiply(TURN[0], TURN[1], many, 0.0)
-    found, low = add(phase, phase_low, p, p_low)
-    return float(found + low)
+    high, low = add(phase, phase_low, p, p_low)
+    return float(high + low)
 
 
 @njit(cache=True, error_model="numpy")  # type: ignore[untyped-decorator]
-def _evaluate(parameters: Floats, starts: Floats, times: Floats, levels: Floats, found: Floats, known: Any) -> None:
+def _evaluate(parameters: Floats, starts: Floats, times: Floats, levels: Floats, out: Floats, known: Any) -> None:
     start = np.empty(6)
     for i in range(len(starts)):
         theta, omega = starts[i, 0], starts[i, 1]
@@ -169,16 +169,16 @@ def _evaluate(parameters: Floats, starts: Floats, times: Floats, levels: Floats,
             if turning:
                 x, x_low = angle(s, s_low, c, c_low)
                 turns = abs(u) * mean / (TURN[0] / 2)
-                found[i, j, 0] = _unwrapped(2 * x, 2 * x_low, theta, sign, turns)
+                out[i, j, 0] = _unwrapped(2 * x, 2 * x_low, theta, sign, turns)
                 x, x_low = multiply(2 * rate, 2 * rate_low, d, d_low)
-                found[i, j, 1] = sign * (x + x_low)
+                out[i, j, 1] = sign * (x + x_low)
             else:
                 s, s_low = multiply(s, s_low, k, k_low)
                 x, x_low = angle(s, s_low, d, d_low)
                 y, y_low = multiply(TURN[0], TURN[1], half_turns, 0.0)
                 x, x_low = add(2 * x, 2 * x_low, y, y_low)
-                found[i, j, 0] = x + x_low
+                out[i, j, 0] = x + x_low
                 x, x_low = multiply(2 * rate, 2 * rate_low, c, c_low)
                 x, x_low = multiply(x, x_low, k, k_low)
-                found[i, j, 1] = x + x_low
-            known[i] &= math.isfinite(found[i, j, 0] + found[i, j, 1])
+                out[i, j, 1] = x + x_low
+            known[i] &= math.isfinite(out[i, j, 0] + out[i, j, 1])

@@ -135,13 +135,13 @@ class DampedPendulum(BallMotion):
 
         def quotient(delta: Any) -> Any:
             """The quotient, on wide balls by the mean value theorem: near a top the terms cancel, their radii add up."""
-            found = plain(delta)
+            direct = plain(delta)
             if delta.rad() < WIDE or delta.contains(0):
-                return found
+                return direct
             middle = delta.mid()
-            slope = (2 * ball(self.w2) * (end - delta).sin() + (2 * c * delta - 1) * found) / delta
+            slope = (2 * ball(self.w2) * (end - delta).sin() + (2 * c * delta - 1) * direct) / delta
             centred = plain(middle) + slope * (delta - middle)
-            return centred if centred.rad() < found.rad() else found
+            return centred if centred.rad() < direct.rad() else direct
 
         return quotient
 

@@ -113,14 +113,14 @@ def masses(mp: Any, body: Body, sizes: Sequence[Any]) -> list[Point]:
 
 def second_moments(mp: Any, points: Sequence[Point], origin: Sequence[Any] = (0, 0, 0)) -> list[list[Any]]:
     """The inertia tensor of points (x, y, z, mass) about `origin`."""
-    found = [[mp.mpf(0)] * 3 for _ in range(3)]
+    tensor = [[mp.mpf(0)] * 3 for _ in range(3)]
     for *place, m in points:
         r = [x - o for x, o in zip(place, origin, strict=True)]
         square = mp.fsum(x * x for x in r)
         for i in range(3):
             for j in range(3):
-                found[i][j] += m * ((square if i == j else 0) - r[i] * r[j])
-    return found
+                tensor[i][j] += m * ((square if i == j else 0) - r[i] * r[j])
+    return tensor
 
 
 def centre(mp: Any, points: Sequence[Point]) -> tuple[Any, Any, Any]:

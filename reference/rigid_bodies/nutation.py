@@ -248,9 +248,9 @@ def _roots(start: Start) -> tuple[Any, Any, Any]:
     def before(x: Any, y: Any) -> int:
         return -1 if x.mid() < y.mid() else 1
 
-    found = sorted(known, key=cmp_to_key(before))
-    if all(bool(x < y) for x, y in pairwise(found)):
-        return found[0], found[1], found[2]
+    roots = sorted(known, key=cmp_to_key(before))
+    if all(bool(x < y) for x, y in pairwise(roots)):
+        return roots[0], roots[1], roots[2]
     return flint.arb.nan(), flint.arb.nan(), flint.arb.nan()
 
 

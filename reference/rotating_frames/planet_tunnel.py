@@ -59,7 +59,7 @@ class PlanetTunnel(BallMotion):
         """(time, whether it enters, the side: 1 or -1) of each passage through the surface up to `until`."""
         if self.inside:
             return []
-        found = []
+        passages = []
         for n in range(-1, 2 + floor_of(lambda: (ball(until) + self._phase()) / self._half())):
             for enters in (True, False):
 
@@ -68,8 +68,8 @@ class PlanetTunnel(BallMotion):
 
                 if sign(time) > 0 and sign(lambda t=time: ball(until) - t()) > 0:  # type: ignore[misc]
                     side = self._first * (-1) ** (n % 2) * (1 if enters else -1)
-                    found.append((self._derived(digits, time), enters, side))
-        return found
+                    passages.append((self._derived(digits, time), enters, side))
+        return passages
 
     def _cycle(self, mp: Any) -> Cycle:
         (period,) = refined(mp, lambda: [2 * flint.arb.pi() / self._rate() if self.inside else 2 * self._half()])

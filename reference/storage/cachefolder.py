@@ -131,14 +131,14 @@ def _opened(folder: Path) -> Iterator[int]:
         os.close(descriptor)
 
 
-def _refuse_unsafe(path: Path, found: os.stat_result) -> None:
-    if stat.S_ISLNK(found.st_mode):
+def _refuse_unsafe(path: Path, status: os.stat_result) -> None:
+    if stat.S_ISLNK(status.st_mode):
         what, way_out = "is a symbolic link", "replace it by a folder"
-    elif found.st_uid != os.geteuid():
-        what, way_out = f"belongs to another user ({found.st_uid}, you are {os.geteuid()})", "remove it"
-    elif found.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
+    elif status.st_uid != os.geteuid():
+        what, way_out = f"belongs to another user ({status.st_uid}, you are {os.geteuid()})", "remove it"
+    elif status.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
         # their codes refuse files written by others, but these may know the key
-        what, way_out = f"can be written by other users (mode {stat.S_IMODE(found.st_mode):04o})", "remove it"
+        what, way_out = f"can be written by other users (mode {stat.S_IMODE(status.st_mode):04o})", "remove it"
     else:
         return
     raise ValueError(
@@ -164,10 +164,10 @@ def _code(key: bytes, name: str, content: bytes) -> bytes:
 def _read(folder: int, name: str) -> bytes:
     descriptor = os.open(name, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK, dir_fd=folder)
     with open(descriptor, "rb") as file:
-        found = os.fstat(descriptor)
-        if not stat.S_ISREG(found.st_mode):
+        status = os.fstat(descriptor)
+        if not stat.S_ISREG(status.st_mode):
             raise OSError(errno.EINVAL, "not a regular file", name)
-        if found.st_size > MOST_BYTES:
+        if status.st_size > MOST_BYTES:
             raise OSError(errno.EFBIG, "larger than all that gnomon keeps", name)
         return file.read()
 

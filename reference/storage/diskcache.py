@@ -47,11 +47,10 @@ def cached(key: str, build: Callable[[], Entry], pack: Path | None = None) -> En
     `key` names everything that the result depends on; the version of gnomon is added to it. If the folder cannot be
     written, the entry is returned and not kept. Raises ValueError for a folder that another user could write.
     """
-    found = load(key, pack)
-    if found is not None:
-        return found
-    entry = build()
-    store_or_warn(key, entry)
+    entry = load(key, pack)
+    if entry is None:
+        entry = build()
+        store_or_warn(key, entry)
     return entry
 
 
@@ -90,7 +89,7 @@ def write_pack(path: Path, entries: Mapping[str, Entry]) -> None:
 def _packed(pack: Path) -> dict[str, bytes]:
     """The contents of a pack by name. One that cannot be read, or that has the code of another name or content, is left
     out with a warning, and is computed."""
-    found: dict[str, bytes] = {}
+    contents: dict[str, bytes] = {}
     damage: Exception | None = None
     try:
         with zipfile.ZipFile(pack) as file:
@@ -100,7 +99,7 @@ def _packed(pack: Path) -> dict[str, bytes]:
                     content = coded[_CODE_BYTES:]
                     if coded != _code(name, content) + content:
                         raise ValueError(f"{name} holds something else")
-                    found[name] = content
+                    contents[name] = content
                 except Exception as error:  # zipfile raises exceptions of many classes, RuntimeError among them
                     damage = error
     except FileNotFoundError:
@@ -109,7 +108,7 @@ def _packed(pack: Path) -> dict[str, bytes]:
         damage = error
     if damage is not None and multiprocessing.parent_process() is None:
         warnings.warn(f"{pack}: damaged ({damage}); missing entries are computed; install gnomon again", stacklevel=2)
-    return found
+    return contents
 
 
 def _code(name: str, content: bytes) -> bytes:

@@ -39,10 +39,10 @@ def closure(*modules: str, within: tuple[str, ...] = (OURS,)) -> str | None:
     That is if one of `modules` has no file, or if this process has loaded a file of `sources` before its last edit: a result
     of the old code, kept under a hash of the new one, would be wrong for ever.
     """
-    found = sources(*modules, within=within)
-    if not found.keys() >= {*modules} or not all(found.values()):
+    digests = sources(*modules, within=within)
+    if not digests.keys() >= {*modules} or not all(digests.values()):
         return None
-    return hashlib.sha256("\n".join(f"{name} {found[name]}" for name in sorted(found)).encode()).hexdigest()[:32]
+    return hashlib.sha256("\n".join(f"{name} {digests[name]}" for name in sorted(digests)).encode()).hexdigest()[:32]
 
 
 def sources(*modules: str, within: tuple[str, ...] = (OURS,)) -> dict[str, str]:
@@ -52,21 +52,21 @@ def sources(*modules: str, within: tuple[str, ...] = (OURS,)) -> dict[str, str]:
     folder if it has no package. The packages of an imported module are executed with it: their `__init__` is included
     if it does more than import, define functions and set `__all__`. Modules without a file (notebooks) are left out.
     """
-    found: dict[str, str] = {}
+    digests: dict[str, str] = {}
     waiting, folders = list(modules), set[Path]()
     packages = {*within, *(module.partition(".")[0] for module in modules)} - ({OURS} - {*within})
     while waiting:
         name = waiting.pop()
-        source = None if name in found else _source(name)
+        source = None if name in digests else _source(name)
         if source is None:
             continue
         if name in modules and "." not in name:
             folders.add(source.file.parent)
-        found[name] = source.digest
+        digests[name] = source.digest
         if packages or folders:
             waiting += [used for used in _read(name).imports if _is_followed(used, packages, folders)]
         waiting += [above for above in _packages(name) if _is_under(above, packages) and _acts(above)]
-    return found
+    return digests
 
 
 @cache
@@ -85,17 +85,17 @@ def forget() -> None:
 
 def modules_of(value: Any) -> tuple[str, ...]:
     """The modules that define the parts of a motion: its class, its functions, and the parts of its fields."""
-    found = set[str]()
+    names = set[str]()
     if isinstance(value, FunctionType):
-        found.add(value.__module__)
+        names.add(value.__module__)
     elif dataclasses.is_dataclass(value) and not isinstance(value, type):
-        found.add(type(value).__module__)
+        names.add(type(value).__module__)
         for field in dataclasses.fields(value):
-            found |= {*modules_of(getattr(value, field.name))}
+            names |= {*modules_of(getattr(value, field.name))}
     elif isinstance(value, tuple | list):
         for item in value:
-            found |= {*modules_of(item)}
-    return tuple(sorted(found))
+            names |= {*modules_of(item)}
+    return tuple(sorted(names))
 
 
 def _is_followed(name: str, packages: set[str], folders: set[Path]) -> bool:
@@ -162,7 +162,7 @@ def _differs(module: ModuleType, tree: ast.Module) -> bool:
     values += [part for value in values if isinstance(value, type) for part in vars(value).values()]
     # Also functions that a decorator replaced.
     functions = [inspect.unwrap(value) for value in values if callable(value)]
-    loaded = [one.__code__ for one in functions if isinstance(one, FunctionType) and one.__module__ == module.__name__]
+    loaded = [f.__code__ for f in functions if isinstance(f, FunctionType) and f.__module__ == module.__name__]
     if not codes.issuperset(code for code in loaded if not code.co_filename.startswith("<")):  # "<string>": generated
         return True
     for statement in tree.body:
