@@ -53,12 +53,11 @@ def curve(case: Case) -> tuple[Floats, Floats]:
     stretches = list(_stretches(shown, times, states))
     known = np.concatenate([each.states for each in stretches])
     for _ in range(2):  # the ranges of the first integration are those of the second
-        ranges = np.ptp(known, axis=0)
-        sizes = _group_ranges(shown, ranges)
+        sizes = _group_ranges(shown, np.ptp(known, axis=0))
         for each in stretches:
             each.pieces = list(_integrate_stretch(shown, each, sizes))
         drawn = [_points(each, sizes, shown.time_scale) for each in stretches]
-        known = np.concatenate([found for _, found in drawn])
+        known = np.concatenate([points for _, points in drawn])
         if np.all(_group_ranges(shown, np.ptp(known, axis=0)) <= 2 * sizes):
             break
     return np.concatenate([when for when, _ in drawn]), known
@@ -70,15 +69,15 @@ def planes(case: Case) -> dict[str, tuple[int, int]]:
     These are Cartesian coordinates in metres of one group: x and y, or x2 and y2.
     """
     names = {coordinate.name: k for k, coordinate in enumerate(case.state)}
-    found = {}
+    places = {}
     for name, k in names.items():
         body = re.fullmatch(r"x(\d*)", name)
         across = names.get(f"y{body[1]}") if body else None
         if body and across is not None:
             x, y = case.state[k], case.state[across]
             if x.group == y.group and x.unit == y.unit == "m":
-                found[body[1]] = (k, across)
-    return found
+                places[body[1]] = (k, across)
+    return places
 
 
 def _exact_states(case: Case) -> tuple[Case, Floats, Floats]:
@@ -88,10 +87,10 @@ def _exact_states(case: Case) -> tuple[Case, Floats, Floats]:
     """
     rounded = case.rounded()
     span = min(float(case.times[-1]), SCALES * case.time_scale)
-    found = find_kept(CaseSpec.of(rounded)) if case.variant is None else None
-    if found is not None and np.count_nonzero(found.times <= span) >= FEW:
-        inside = found.times <= span
-        return rounded, found.times[inside], found.exact[inside]
+    kept = find_kept(CaseSpec.of(rounded)) if case.variant is None else None
+    if kept is not None and np.count_nonzero(kept.times <= span) >= FEW:
+        inside = kept.times <= span
+        return rounded, kept.times[inside], kept.exact[inside]
     times = np.linspace(0.0, span, FEW + 1)[1:]
     return case, times, case.sample(times)
 
@@ -159,18 +158,18 @@ def _integrate_stretch(
     k, times = 0, stretch.times
     while k < len(times) - 1:
         interval = times[k], times[-1]
-        found = solve_ivp(
+        solution = solve_ivp(
             rates, interval, stretch.states[k], "LSODA", dense_output=True, rtol=TOLERANCE, atol=TOLERANCE * sizes
         )
         good = k
         for place in range(k + 1, len(times)):
-            if times[place] > found.t[-1]:
+            if times[place] > solution.t[-1]:
                 break
-            if not np.all(np.abs(found.sol(times[place]) - stretch.states[place]) <= AGREED * sizes):
+            if not np.all(np.abs(solution.sol(times[place]) - stretch.states[place]) <= AGREED * sizes):
                 break
             good = place
         if good > k:
-            yield times[k], times[good], partial(_rows, found.sol)
+            yield times[k], times[good], partial(_rows, solution.sol)
         else:
             good = k + 1
             yield times[k], times[good], case.sample

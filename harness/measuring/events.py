@@ -23,15 +23,15 @@ def score_events(located: Sequence[tuple[float, str]], exact: Sequence[Event]) -
     missing = extra = 0
     error = 0.0
     for name in dict.fromkeys([name for _, name in located] + [event.name for event in exact]):
-        found = [time for time, other in located if other == name]
+        times = [time for time, other in located if other == name]
         true = [float(event.time) for event in exact if event.name == name]
-        missing += max(0, len(true) - len(found))
-        extra += max(0, len(found) - len(true))
+        missing += max(0, len(true) - len(times))
+        extra += max(0, len(times) - len(true))
         if name == "limit":
             others = [0.0, *(float(event.time) for event in exact if event.name != name)]
             earliest = [max(time for time in others if time <= limit) for limit in true]
-            errors = (max(c - a, a - b) for a, b, c in zip(found, true, earliest, strict=False))
+            errors = (max(c - a, a - b) for a, b, c in zip(times, true, earliest, strict=False))
             error = max([error, *errors])
         else:
-            error = max([error, *(abs(a - b) for a, b in zip(found, true, strict=False))])
+            error = max([error, *(abs(a - b) for a, b in zip(times, true, strict=False))])
     return EventScore(missing, extra, error)

@@ -35,14 +35,14 @@ def growth(case: Case, times: Floats, sizes: Floats) -> Floats | None:
         return None
     carried = np.concatenate([np.eye(len(sizes))[None], np.stack(columns, axis=2) / sizes[:, None]])  # type: ignore[arg-type]
     groups = [list(group.indices) for group in case.metric.groups if group.scored]
-    found = np.ones(len(times))
+    largest = np.ones(len(times))
     for k in range(1, len(carried)):
         try:
             ways = np.linalg.solve(carried[:k].transpose(0, 2, 1), carried[k].T).transpose(0, 2, 1)
         except np.linalg.LinAlgError:  # a motion that has ended: earlier errors have no effect
             return None
-        found[k - 1] = max(1.0, *(float(np.max(np.linalg.norm(ways[:, group], 2, axis=(1, 2)))) for group in groups))
-    return found
+        largest[k - 1] = max(1.0, *(float(np.max(np.linalg.norm(ways[:, group], 2, axis=(1, 2)))) for group in groups))
+    return largest
 
 
 def _column(

@@ -41,8 +41,8 @@ def null_call(
     """
 
     def shrunk(counted: bool) -> Problem:
-        found = problem(counted=counted)
-        return replace(found, times=found.times * SHRUNK)
+        whole = problem(counted=counted)
+        return replace(whole, times=whole.times * SHRUNK)
 
     plain, fixed = shrunk(counted=False), isinstance(integrator.sweep, Steps)
     try:

@@ -60,19 +60,19 @@ def _distinct(
         tied = [groups == number for number in range(max(groups) + 1)]
         directions = np.array([2 * relative * state * mask for mask in tied])
     start = initial_state(case, formulation)
-    given = {start.tobytes()}
+    known = {start.tobytes()}
     least = 0.0 if formulation is None else math.ulp(SHARE * float(np.max(np.abs(start))))
     failures = 0
     for multiples in _multiples(ways()):
         perturbed = state + np.array(multiples) @ directions
         if admitted(perturbed):
-            found = perturbed
+            encoded = perturbed
             if formulation is not None:
-                found = initial_state(case.with_numbers(perturbed.tolist(), case.parameters), formulation)
-            if found.tobytes() not in given and np.any(np.abs(found - start) >= least):
-                given.add(found.tobytes())
+                encoded = initial_state(case.with_numbers(perturbed.tolist(), case.parameters), formulation)
+            if encoded.tobytes() not in known and np.any(np.abs(encoded - start) >= least):
+                known.add(encoded.tobytes())
                 failures = 0
-                yield found
+                yield encoded
                 continue
         failures += 1
         if formulation is not None and failures > _ENCODED_ATTEMPTS:

@@ -44,14 +44,13 @@ class Prepared:
         if self.solver.reset is not None:
             self.solver.reset()
         with np.errstate(all="ignore"), warnings.catch_warnings(action="ignore"):  # motions beyond a limit overflow
-            found = self.solver.solve(starts)
-        return validation.check(found, (len(starts), len(self.problem.times), self.problem.dimension))
+            answer = self.solver.solve(starts)
+        return validation.check(answer, (len(starts), len(self.problem.times), self.problem.dimension))
 
     def counted(self, starts: Floats) -> tuple[Solution, int]:
         """The solution, and the number of its right-hand sides where the problem counts them, else 0."""
         before = self.problem.buffer[-1]
-        solution = self(starts)
-        return solution, validation.count(self.problem.buffer[-1] - before, "right-hand sides")
+        return self(starts), validation.count(self.problem.buffer[-1] - before, "right-hand sides")
 
     def timed(self, start: Floats, keep: bool = True) -> "Call":
         """A timed call from one start (dim,); its states are validated and copied only if `keep`."""

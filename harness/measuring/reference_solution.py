@@ -95,8 +95,8 @@ class CaseSpec:
         kind = cases.case_class(self.path)
         case = kind(initial_state=self.initial_state, span=self.span, **dict(self.parameters))
         case.variant = self.variant
-        found = [f for f in case.formulations if f.name == self.formulation]
-        return case, found[0] if found else None
+        named = [f for f in case.formulations if f.name == self.formulation]
+        return case, named[0] if named else None
 
 
 def reference_solution(spec: CaseSpec) -> ReferenceSolution:
@@ -122,23 +122,23 @@ def reference_solutions(
 
     If a case fails, the value is the message of its exception: one broken case does not end a run.
     """
-    found: dict[CaseSpec, ReferenceSolution | str] = {}
+    by_spec: dict[CaseSpec, ReferenceSolution | str] = {}
     for spec in specs:
-        kept = find_kept(spec)
-        if kept is not None:
-            found[spec] = kept
+        solution = find_kept(spec)
+        if solution is not None:
+            by_spec[spec] = solution
             progress()
-    missing = [spec for spec in specs if spec not in found]
+    missing = [spec for spec in specs if spec not in by_spec]
     if not missing:
-        return found
+        return by_spec
     workers = min(os.cpu_count() or 1, len(missing))
     how: dict[str, Any] = {"method": "fork"} if any(spec.in_process for spec in missing) else {}
     in_main = any(spec.in_main for spec in missing)
     with closing(calls(reference_solution, missing, workers, main=in_main, **how)) as solutions:
-        for spec, made in solutions:
-            found[spec] = f"{type(made).__name__}: {made}" if isinstance(made, BaseException) else made
+        for spec, result in solutions:
+            by_spec[spec] = f"{type(result).__name__}: {result}" if isinstance(result, BaseException) else result
             progress()
-    return found
+    return by_spec
 
 
 def make_entry(spec: CaseSpec, solution: ReferenceSolution | str) -> tuple[str, diskcache.Entry]:
@@ -193,9 +193,9 @@ def _compute(spec: CaseSpec) -> ReferenceSolution:
         sizes,
         np.isin(times, list(case.metric.crowded)),
         problem.time_scale,
-        np.array([[float(x) for x in one.initial_state] for one in turned]).reshape(-1, dimension),
-        np.array([initial_state(one, formulation) for one in turned]).reshape(-1, len(start)),
-        np.array([one.sample(times) for one in turned]).reshape(-1, len(times), dimension),
+        np.array([[float(x) for x in turn.initial_state] for turn in turned]).reshape(-1, dimension),
+        np.array([initial_state(turn, formulation) for turn in turned]).reshape(-1, len(start)),
+        np.array([turn.sample(times) for turn in turned]).reshape(-1, len(times), dimension),
     )
 
 

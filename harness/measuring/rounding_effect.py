@@ -64,19 +64,19 @@ class Rates:
             return self._differences(t, y, changes, sizes)
         state = tuple(x + 1j * COMPLEX_STEP * c for x, c in zip(y, changes, strict=True))
         numbers = tuple(x + 1j * COMPLEX_STEP * c for x, c in zip(self.parameters, of_parameters, strict=True))
-        found = self._on_arrays(t, state, numbers)
-        return np.array([np.broadcast_to(np.imag(x), changes.shape[1]) for x in found]) / COMPLEX_STEP
+        rates = self._on_arrays(t, state, numbers)
+        return np.array([np.broadcast_to(np.imag(x), changes.shape[1]) for x in rates]) / COMPLEX_STEP
 
     def largest(self, times: Floats, states: Floats) -> Floats:
         """The largest absolute rate (dim,) of each component over states (m, dim) at times (m,)."""
-        found = [self(t, y) for t, y in zip(times.tolist(), states, strict=True)]
-        return np.asarray(np.max(np.abs(found), axis=0))
+        rates = [self(t, y) for t, y in zip(times.tolist(), states, strict=True)]
+        return np.asarray(np.max(np.abs(rates), axis=0))
 
     def spectral_radius(self, t: float, y: Floats, sizes: Floats) -> float:
         """The largest absolute eigenvalue of the Jacobian; 0 where it is not finite."""
         nothing = np.zeros((len(self.parameters), len(y)))
-        found = self.along(t, y, np.eye(len(y)), nothing, np.where(sizes > 0, sizes, 1.0))
-        return float(np.max(np.abs(np.linalg.eigvals(found)))) if np.isfinite(found).all() else 0.0
+        jacobian = self.along(t, y, np.eye(len(y)), nothing, np.where(sizes > 0, sizes, 1.0))
+        return float(np.max(np.abs(np.linalg.eigvals(jacobian)))) if np.isfinite(jacobian).all() else 0.0
 
     def _differences(self, t: float, y: Floats, changes: Floats, sizes: Floats) -> Floats:
         columns = []
@@ -145,22 +145,22 @@ def rough_motion(rates: Rates, start: Floats, span: float, moments: Floats) -> R
         largest = span / GRID * float(np.nanmax(pushes)) or 1.0
     with warnings.catch_warnings(), np.errstate(all="ignore"):
         warnings.simplefilter("ignore", ODEintWarning)
-        states, told = odeint(
+        states, facts = odeint(
             lambda t, y: rates(min(t, end), y), start, times, rtol=ROUGH, atol=1e-12 * largest, mxstep=MOST_STEPS,
             full_output=True, tfirst=True,
         )  # fmt: skip
-    solved = (told["tcur"] >= times[1:]) | (told["message"] == "Integration successful.")
+    solved = (facts["tcur"] >= times[1:]) | (facts["message"] == "Integration successful.")
     reached = np.argmin(np.append(np.isfinite(states).all(axis=1) & np.append(True, solved), False))
     if reached < len(times):
         raise ValueError(
-            f"the motion cannot be followed beyond t = {times[max(int(reached) - 1, 0)]:.6g} after the start ({told['message']});"
+            f"the motion cannot be followed beyond t = {times[max(int(reached) - 1, 0)]:.6g} after the start ({facts['message']});"
             " give a span that ends before, or state the events there"
         )
-    found = RoughMotion.of(times, states, rates.largest(times, states))
+    motion = RoughMotion.of(times, states, rates.largest(times, states))
     places = np.linspace(0, len(times) - 1, SPECTRA).astype(int)
-    radii = [rates.spectral_radius(times[k], states[k], found.sizes) for k in places.tolist()]
+    radii = [rates.spectral_radius(times[k], states[k], motion.sizes) for k in places.tolist()]
     explicit = float(np.trapezoid(radii, times[places])) / EXPLICIT_RADIUS
-    return replace(found, stiff=explicit > STIFF_TIMES * float(told["nst"][-1]))
+    return replace(motion, stiff=explicit > STIFF_TIMES * float(facts["nst"][-1]))
 
 
 def rounding_effect(rates: Rates, start: Floats, times: Floats, motion: RoughMotion) -> tuple[Floats, Floats]:
@@ -210,14 +210,14 @@ def _changes(
 
     def jacobian(t: float, whole: Floats) -> Floats:
         """Without the derivatives of the variational part with respect to the state, which Newton's method can miss."""
-        one = rates.along(t, whole[:dimension], np.eye(dimension), nothing, sizes)
+        own = rates.along(t, whole[:dimension], np.eye(dimension), nothing, sizes)
         blocks = np.zeros((len(whole), len(whole)))
-        blocks[:dimension, :dimension], blocks[dimension:, dimension:] = one, np.kron(one, np.eye(count))
+        blocks[:dimension, :dimension], blocks[dimension:, dimension:] = own, np.kron(own, np.eye(count))
         return blocks
 
     whole, until = np.concatenate([start, changes.ravel()]), float(times[-1])
     atol = 1e-8 * np.concatenate([sizes, np.repeat(sizes, count)])
-    found = np.full((len(times), dimension, count), np.nan)
+    changed = np.full((len(times), dimension, count), np.nan)
     with np.errstate(all="ignore"):
         solver: Any = (
             Radau(variational, 0.0, whole, until, rtol=VARIATIONAL_STIFF, atol=atol, jac=jacobian)
@@ -232,6 +232,6 @@ def _changes(
             inside = times[known:][times[known:] <= solver.t]
             if len(inside):
                 states = solver.dense_output()(inside)[dimension:].T
-                found[known : known + len(inside)] = states.reshape(-1, dimension, count)
+                changed[known : known + len(inside)] = states.reshape(-1, dimension, count)
                 known += len(inside)
-    return found
+    return changed

@@ -112,10 +112,10 @@ class Scorer:
         order, lost = np.argsort(errors, kind="stable"), int(np.count_nonzero(np.isinf(errors)))
         shown = int(order[-1] if lost else order[len(errors) // 2])
         low, high = np.where(np.isfinite(errors), errors, math.nan)[[np.argmin(errors), np.argmax(errors)]]
-        found = self._turned[shown].score(states[shown])
+        row = self._turned[shown].score(states[shown])
         if lost:
-            found["reason"] = f"from {lost} of {len(errors)} turned starts: {found['reason']}"
-        return found | dict(zip(SPREAD, (len(errors), float(low), float(high)), strict=True))
+            row["reason"] = f"from {lost} of {len(errors)} turned starts: {row['reason']}"
+        return row | dict(zip(SPREAD, (len(errors), float(low), float(high)), strict=True))
 
     def largest_error(self, states: Floats) -> float:
         """The largest error of sampled states (64, dim), infinite if one is not finite."""
@@ -181,21 +181,21 @@ class Scorer:
         A constant invariant departs by its difference from the initial value; a decaying one, by its rise above its
         lowest value so far.
         """
-        found = {}
+        departures = {}
         for name, (function, law, initial, size) in self._invariants.items():
             with np.errstate(all="ignore"):
                 (values,) = function(self.reference.times, tuple(states.T), self.parameters)
             values = np.broadcast_to(np.asarray(values, dtype=np.float64), self.reference.times.shape)
             if law == "decays":
                 lowest = np.minimum.accumulate(np.concatenate(([initial], values)))
-                found[name] = np.maximum(values - lowest[:-1], 0.0) / size
+                departures[name] = np.maximum(values - lowest[:-1], 0.0) / size
             else:
-                found[name] = np.abs(values - initial) / size
-        return found
+                departures[name] = np.abs(values - initial) / size
+        return departures
 
-    def events(self, found: Sequence[tuple[float, str]]) -> dict[str, Any]:
+    def events(self, located: Sequence[tuple[float, str]]) -> dict[str, Any]:
         """The number of missing events, the number of extra events, and the largest error of a time in seconds."""
-        score = score_events(found, self.case.events())
+        score = score_events(located, self.case.events())
         return {f"events_{name}": value for name, value in score._asdict().items()}
 
     def decoded(self, states: Floats) -> Floats:
@@ -268,12 +268,12 @@ class Scorer:
     def _invariants(self) -> dict[str, tuple[Callable[..., Any], str, float, float]]:
         """name -> (function on arrays, law, initial value, size)."""
         start = tuple(float(value) for value in self.case.initial_state)
-        found = {}
+        invariants = {}
         for name, invariant in self.case.invariants.items():
             (initial,) = invariant.function(0.0, start, self.parameters)
             size = self._size(invariant.function, float(initial))
-            found[name] = (rebind(invariant.function, NUMPY), invariant.law, float(initial), size)
-        return found
+            invariants[name] = (rebind(invariant.function, NUMPY), invariant.law, float(initial), size)
+        return invariants
 
     @np.errstate(all="ignore")  # during a long decay an invariant may overflow: its drift is then nan
     def _size(self, function: Callable[..., tuple[Any, ...]], initial: float) -> float:

@@ -26,10 +26,10 @@ def sweep_settings(
     A chosen step size that does not divide the sampling interval is replaced by the next smaller step size that does.
     """
     sweep = integrator.sweep
-    given = (chosen or {}).get(sweep.kind)
-    if given is not None:
+    values = (chosen or {}).get(sweep.kind)
+    if values is not None:
         steps = isinstance(sweep, Steps) and problem.uniform
-        return tuple(dict.fromkeys(_divide(problem.interval, h) if steps else h for h in given))
+        return tuple(dict.fromkeys(_divide(problem.interval, h) if steps else h for h in values))
     if isinstance(sweep, Tolerance):
         return _tolerances(sweep)
     if case.variant is not None and case.variant.startswith("engines"):
@@ -59,23 +59,23 @@ def _divide(interval: float, step: float) -> float:
     return interval / max(1, math.ceil(interval / step))
 
 
-def choose_settings(given: Chosen | Iterable[float], integrators: Iterable[Integrator]) -> Chosen:
+def choose_settings(asked: Chosen | Iterable[float], integrators: Iterable[Integrator]) -> Chosen:
     """Validate the settings that a user gives for these integrators, and sort them from cheap to expensive.
 
-    `given` is a list by kind, "tolerance" or "step", or one list if all integrators take settings of one kind. Raises
+    `asked` is a list by kind, "tolerance" or "step", or one list if all integrators take settings of one kind. Raises
     ValueError for an impossible setting, an unknown kind, a kind that no integrator takes, and one list for two kinds.
     """
-    example_of = {one.sweep.kind: one.id for one in reversed([*integrators])}
-    if not isinstance(given, Mapping):
-        given = [*given]
+    example_of = {integrator.sweep.kind: integrator.id for integrator in reversed([*integrators])}
+    if not isinstance(asked, Mapping):
+        asked = [*asked]
         if len(example_of) > 1:
             tolerance, step = (example_of[kind] for kind in KINDS)
             raise ValueError(
-                f"settings {_text(given)}: {tolerance} takes tolerances and {step} step sizes; name the kind, {EXAMPLE}"
+                f"settings {_text(asked)}: {tolerance} takes tolerances and {step} step sizes; name the kind, {EXAMPLE}"
             )
-        given = {kind: given for kind in example_of}
+        asked = {kind: asked for kind in example_of}
     settings = {}
-    for kind, values in given.items():
+    for kind, values in asked.items():
         if kind not in KINDS:
             raise ValueError(f"settings {kind}={_text(values)}: a setting is a {' or a '.join(KINDS)}, {EXAMPLE}")
         if kind not in example_of:

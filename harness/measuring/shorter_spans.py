@@ -26,11 +26,11 @@ def error_growth(case: Case, times: Floats, sizes: Floats) -> Floats | None:
     """The largest growth of an error to each time, as `growth.growth`; None where that gives None."""
 
     def build() -> Floats:
-        found = growth.growth(case, times, sizes)
-        return np.empty(0) if found is None else found
+        largest = growth.growth(case, times, sizes)
+        return np.empty(0) if largest is None else largest
 
-    found = _keep_array(case, ["growth", times.tolist(), sizes.tolist()], build)
-    return found if len(found) else None
+    largest = _keep_array(case, ["growth", times.tolist(), sizes.tolist()], build)
+    return largest if len(largest) else None
 
 
 def _keep_array(case: Case, asked: list[object], build: Callable[[], Floats]) -> Floats:

@@ -55,10 +55,10 @@ def solve_within(
     def call() -> tuple[Solution, int]:
         late = Refused(f"no answer within {limit:g} s of processor time")
         with within(limit, late), Prepared(integrator, problem, setting) as solver:
-            found = solver.counted(starts)
+            answer = solver.counted(starts)
         if moves:
-            validation.require_motion(found[0].states, starts)
-        return found
+            validation.require_motion(answer[0].states, starts)
+        return answer
 
     return outcome(call)
 

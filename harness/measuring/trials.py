@@ -144,9 +144,9 @@ class Trials:
     @cached_property
     def settings(self) -> tuple[float, ...]:
         """The settings of the sweep within the extent, from cheap to expensive."""
-        found = sweep_settings(self.integrator, self.case, self.problem())
+        settings = sweep_settings(self.integrator, self.case, self.problem())
         span = float(self.reference.times[-1])
-        return tuple(s for s in found if span / s < self.extent.steps * 1.01) if self.steps else found
+        return tuple(s for s in settings if span / s < self.extent.steps * 1.01) if self.steps else settings
 
     def problem(self, halvings: int = 0, counted: bool = False, end: bool = False) -> Problem:
         """The problem over the span divided by 2^halvings; with `end`, its only sample is at the end."""
@@ -160,14 +160,14 @@ class Trials:
 
     def answers(self) -> list[Answer]:
         """The answers over the whole span, up to the first setting that takes longer than the extent allows."""
-        found: list[Answer] = []
+        answers: list[Answer] = []
         for setting in self.settings:
-            found.append(self.whole(setting))
-            if found[-1].seconds > self.extent.seconds and getattr(self.integrator, "compiles", False):
-                found[-1] = self._answers[0, setting, False] = self._answer(setting, 0, False)
-            if found[-1].seconds > self.extent.seconds:
+            answers.append(self.whole(setting))
+            if answers[-1].seconds > self.extent.seconds and getattr(self.integrator, "compiles", False):
+                answers[-1] = self._answers[0, setting, False] = self._answer(setting, 0, False)
+            if answers[-1].seconds > self.extent.seconds:
                 break
-        return found
+        return answers
 
     def whole(self, setting: float) -> Answer:
         return self.short(0, setting)
@@ -181,17 +181,17 @@ class Trials:
 
     def single_steps(self) -> list[tuple[float, Answer]]:
         """(step size, answer) with one step a sample, over shorter and shorter spans until round-off dominates."""
-        sweep, found = self.integrator.sweep, []
+        sweep, answers = self.integrator.sweep, []
         assert isinstance(sweep, Steps)
         for halvings in range(SHORTEST):
             interval = float(self.problem(halvings).interval)
             if interval > sweep.coarsest * self.reference.time_scale:
                 continue
             answer = self.short(halvings, interval)
-            found.append((interval, answer))
+            answers.append((interval, answer))
             if answer.error < answer.roundoff or answer.declined:
                 break
-        return found
+        return answers
 
     def usual(self) -> float:
         """A setting from the middle of the sweep."""
@@ -222,10 +222,10 @@ class Trials:
         """
         if halvings not in self._growth:
             times = self.reference.times[7::8] * 2.0**-halvings if halvings else self.reference.times
-            found = error_growth(self.case, times, self.reference.sizes)
+            largest = error_growth(self.case, times, self.reference.sizes)
             drift = 0.0 if self.case.hybrid is not None else float(times[-1]) / self.reference.time_scale
             worst = max(1.0, self.conditioning(halvings) / HALF_ULP) * (1 + drift)
-            self._growth[halvings] = np.full(len(times), worst) if found is None else found
+            self._growth[halvings] = np.full(len(times), worst) if largest is None else largest
         return self._growth[halvings]
 
     @cached_property
@@ -314,18 +314,18 @@ class Trials:
     def _answer(self, setting: float, halvings: int, end: bool = False) -> Answer:
         began, counted = _clock(), self.integrator.counts_rhs
         problem = self.problem(halvings, counted, end)
-        found = self.outcome(problem, setting, self.start, self.moving and moves(self.reference))
-        seconds, solution = _clock() - began, found.solution
+        outcome = self.outcome(problem, setting, self.start, self.moving and moves(self.reference))
+        seconds, solution = _clock() - began, outcome.solution
         if solution is None:
-            return Answer(setting, found.status, found.reason, seconds=seconds)
-        work, states = solution.steps or found.calls or None, solution.states[0]
+            return Answer(setting, outcome.status, outcome.reason, seconds=seconds)
+        work, states = solution.steps or outcome.calls or None, solution.states[0]
         times = self.reference.times if halvings == 0 else None
         errors = self.distance(states, self.exact(halvings)[-len(states) :], times)
         roundoff = self.roundoff(work or len(problem.times), halvings)
         if self.steps:
             roundoff += self.of_differences(setting, halvings) + self.of_velocities(setting, halvings)
         return Answer(
-            setting, Status.OK, "", states, errors, roundoff, work, found.calls if counted else None,
+            setting, Status.OK, "", states, errors, roundoff, work, outcome.calls if counted else None,
             bool(solution.steps), solution.stopped, solution.events, seconds,
         )  # fmt: skip
 
