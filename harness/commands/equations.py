@@ -77,7 +77,7 @@ def read_system(
     from gnomon.harness.running.own_functions import Arguments
     from gnomon.harness.running.pieces import Stated
 
-    system = make_system(Stated(fun, Arguments(tuple(further)), located, accelerations), times, begin, told=_tell)
+    system = make_system(Stated(fun, Arguments(tuple(further)), located, accelerations), times, begin, tell=_tell)
     type(system).place = Path(module).stem if module.endswith(".py") else module, place.rpartition(":")[2]
     return system, f" {span} from {start}{f' with {numbers}' if numbers else ''}"
 

@@ -170,12 +170,12 @@ def make_system(
     t_span: Sequence[float],
     y0: Any,
     name: str | None = None,
-    told: Callable[[str], None] = lambda text: None,
+    tell: Callable[[str], None] = lambda text: None,
     explicit_work: int = EXPLICIT_WORK,
 ) -> OwnSystem:
     """The equations as a case with a reference. Raises ValueError for wrong arguments, and without a reference.
 
-    `told` takes the sentences about each part as soon as it is known. `explicit_work`: as EXPLICIT_WORK, for a reference
+    `tell` takes the sentences about each part as soon as it is known. `explicit_work`: as EXPLICIT_WORK, for a reference
     that may take minutes.
     """
     start = array(y0, "y0")
@@ -190,9 +190,9 @@ def make_system(
     case = kind(span=float(whole.sampled[-1]))
     own = np.array([float(x) for x in case.initial_state])
     if kind.smooth:
-        _solve_smooth(kind, case, own, equations.parameters, told, explicit_work)
+        _solve_smooth(kind, case, own, equations.parameters, tell, explicit_work)
     else:
-        _solve_with_events(kind, case, own, equations.parameters, told)
+        _solve_with_events(kind, case, own, equations.parameters, tell)
     return case
 
 
@@ -201,7 +201,7 @@ def _solve_smooth(
     case: OwnSystem,
     start: Floats,
     parameters: Sequence[float],
-    told: Callable[[str], None],
+    tell: Callable[[str], None],
     explicit_work: int,
 ) -> None:
     rates = Rates(first_equations(case.forms), parameters)
@@ -217,11 +217,11 @@ def _solve_smooth(
     if kind.rough.is_astray(times, states):
         solve(RoughMotion.of(times, states, rates.largest(times, states), kind.rough.stiff))
     for text in (*case.reach(), kind.reference.text()):
-        told(text)
+        tell(text)
 
 
 def _solve_with_events(
-    kind: type[OwnSystem], case: OwnSystem, start: Floats, parameters: Sequence[float], told: Callable[[str], None]
+    kind: type[OwnSystem], case: OwnSystem, start: Floats, parameters: Sequence[float], tell: Callable[[str], None]
 ) -> None:
     form, span = next(form for form in case.forms if isinstance(form, Hybrid)), float(case.span)
     try:
@@ -238,7 +238,7 @@ def _solve_with_events(
         kind.effects = unknown, unknown
         kind.reference = hybrid_in_binary64(form, start, parameters, kind.moments, kind.rough, str(error))
     for text in (*case.reach(), kind.reference.text()):
-        told(text)
+        tell(text)
 
 
 def first_equations(forms: Sequence[Form]) -> Callable[..., Any]:

@@ -390,7 +390,7 @@ def _system(named: Mapping[str, Any], progress: Progress) -> OwnSystem:
     located = list(events) if isinstance(events, Sequence) else [] if events is None else [events]
     arguments = Arguments(tuple(named.get("args") or ()))
     stated = Stated(named["fun"], arguments, located, bool(named.get("accelerations")))
-    return make_system(stated, named["t_span"], named["y0"], told=progress.tell)
+    return make_system(stated, named["t_span"], named["y0"], tell=progress.tell)
 
 
 COMMON = ("limit_seconds", "launches")
