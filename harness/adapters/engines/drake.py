@@ -124,8 +124,8 @@ class ControlledRun(SceneRun):
 
     def _solve(self, initial_states: Floats) -> Solution:
         world: Any = self.world
-        before = world.taken
-        return replace(super()._solve(initial_states), steps=world.taken - before)
+        before = world.steps_taken
+        return replace(super()._solve(initial_states), steps=world.steps_taken - before)
 
 
 class DrakeBogackiShampine3(DrakeControlled):

@@ -47,7 +47,7 @@ class World:
         self.control = control
         self.continuous = scheme in drake.GetIntegrationSchemes()
         self.options: dict[str, Any] = {}
-        self.taken = 0
+        self.steps_taken = 0
 
     def close(self) -> None:
         """Release the diagram, which each part of it keeps alive."""
@@ -213,7 +213,7 @@ class World:
             self.simulator.AdvanceTo(time)
         except RuntimeError as error:  # of an expression, or of error control that finds no step
             raise ArithmeticError(str(error)) from error
-        self.taken += self.integrator.get_num_steps_taken() - before if self.continuous else 0
+        self.steps_taken += self.integrator.get_num_steps_taken() - before if self.continuous else 0
 
     def _strike(self, body: str, blow: tuple[float, ...]) -> None:
         """The jump of the velocities by a blow, with the engine's own mass matrix."""
