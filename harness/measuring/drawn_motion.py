@@ -87,10 +87,10 @@ def _exact_states(case: Case) -> tuple[Case, Floats, Floats]:
     """
     rounded = case.rounded()
     span = min(float(case.times[-1]), SCALES * case.time_scale)
-    kept = find_kept(CaseSpec.of(rounded)) if case.variant is None else None
-    if kept is not None and np.count_nonzero(kept.times <= span) >= FEW:
-        inside = kept.times <= span
-        return rounded, kept.times[inside], kept.exact[inside]
+    stored = find_kept(CaseSpec.of(rounded)) if case.variant is None else None
+    if stored is not None and np.count_nonzero(stored.times <= span) >= FEW:
+        inside = stored.times <= span
+        return rounded, stored.times[inside], stored.exact[inside]
     times = np.linspace(0.0, span, FEW + 1)[1:]
     return case, times, case.sample(times)
 
