@@ -82,11 +82,11 @@ def measure(path: Path, systems: Sequence[Drawn], seed: int, limit_seconds: floa
             _note(path, {name: ready[name][1] for name in names})
 
 
-def _make(system: Drawn, seed: int) -> tuple[OwnSystem | None, Ended]:
+def _make(drawn: Drawn, seed: int) -> tuple[OwnSystem | None, Ended]:
     """A system with its reference; None if it is dropped."""
     began = monotonic()
     try:
-        own = make_system(system.stated, (0.0, system.span), system.start, system.name, explicit_work=EXPLICIT_WORK)
+        own = make_system(drawn.stated, (0.0, drawn.span), drawn.start, name=drawn.name, explicit_work=EXPLICIT_WORK)
     except (ArithmeticError, ValueError) as error:
         return None, Ended(seed, f"no reference: {error}", "", monotonic() - began)
     text, why = own.reference.text(), ""
