@@ -74,7 +74,7 @@ test-changed:
 test-all: lint types
 	HYPOTHESIS_PROFILE=wide $(BIN)/pytest -n auto --dist loadfile --benchmark-disable
 
-# Verifies that each of some 120 changes of the code makes a test fail, and says what survived: 20 minutes of one core.
+# Verifies that each of some 150 changes of the code makes a test fail, and says what survived: 20 minutes of one core.
 mutants: $(INSTALLED)
 	$(BIN)/python tests/mutation/mutate.py
 

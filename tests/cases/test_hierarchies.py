@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from breadth import cheap_and_tenth
 from gnomon.cases import Case, get, names
 from gnomon.cases.core.forms import first_order
 from gnomon.cases.core.metric import RATES
@@ -33,7 +32,7 @@ def slopes(case: Case) -> Callable[[float, tuple[float, ...]], Any]:
     return lambda t, state: mode.equations(t, state, parameters + mode.constants)
 
 
-@pytest.mark.parametrize("name", cheap_and_tenth(HIERARCHIES))
+@pytest.mark.parametrize("name", HIERARCHIES)
 def test_a_projected_motion_starts_at_the_start_and_its_positions_change_at_its_rates(name: str) -> None:
     """A model is wrong only in how rates change. Rates of positions by central differences over 1e-5 time scales: the
     error is 1e-10 of the rates, plus some ulp of the position over 1e-5 by round-off."""

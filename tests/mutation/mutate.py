@@ -6,6 +6,7 @@
 A mutation names a function and not a line, and is found when it is applied: it stays valid after other edits, and after a
 module has moved. It is caught if one of its tests fails with it and passes without it. The script prints for each mutation the test that failed and why, and ends with exit code 1
 if one survived without a reason that is listed, if one could not be applied or run, or if a test fails without it too.
+Where the tests of a mutation need a library that is not installed, it is reported as not run.
 """
 
 import ast
@@ -21,6 +22,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from time import monotonic
 
@@ -39,9 +41,10 @@ LIMIT_SECONDS = 300
 LONGEST_SECONDS = 3600
 """Seconds after which tests that wait are ended: a busy machine may be the reason, so that this shows nothing."""
 
-CAUGHT, SURVIVED, IMPOSSIBLE = "caught", "SURVIVED", "IMPOSSIBLE"
+CAUGHT, SURVIVED, NOT_RUN, IMPOSSIBLE = "caught", "SURVIVED", "not run", "IMPOSSIBLE"
 
 
+@cache
 def module(name: str, root: Path) -> Path:
     """The path in `root` of the module that has this name, in the folder that stands before it or further down."""
     folder, _, stem = name.rpartition("/")
@@ -63,16 +66,16 @@ class Mutation:
     survives: str = ""
     """Why no test catches it, for one that is known to survive."""
 
-    def apply(self, package: Path) -> None:
-        """Change the sources in a folder. Raises ValueError where the text is not at the place exactly once."""
+    def apply(self) -> tuple[Path, str]:
+        """The path of the module and its source with the change. Raises ValueError unless the text is there exactly once."""
         name, _, function = self.place.partition(".")
-        path = package / module(name, ROOT)
-        source = path.read_text(encoding="utf-8")
+        path = module(name, ROOT)
+        source = (ROOT / path).read_text(encoding="utf-8")
         begin, end = _span(source, function)
         body = source[begin:end]
         if body.count(self.before) != 1:
             raise ValueError(f"{self.name}: {self.before!r} stands {body.count(self.before)} times in {self.place}")
-        path.write_text(source[:begin] + body.replace(self.before, self.after) + source[end:], encoding="utf-8")
+        return path, source[:begin] + body.replace(self.before, self.after) + source[end:]
 
     def ids(self) -> list[str]:
         """The tests as pytest names them."""
@@ -96,7 +99,7 @@ def _span(source: str, function: str) -> tuple[int, int]:
     if not function:
         return 0, len(source)
     names = function.split(".")
-    nodes: list[ast.stmt] = ast.parse(source).body
+    nodes = _statements(source)
     for depth, name in enumerate(names):
         kinds = (ast.FunctionDef, ast.ClassDef)
         found = [node for node in nodes if isinstance(node, kinds) and node.name == name]
@@ -107,16 +110,23 @@ def _span(source: str, function: str) -> tuple[int, int]:
     return sum(map(len, lines[: found[0].lineno - 1])), sum(map(len, lines[: found[0].end_lineno]))
 
 
+@cache
+def _statements(source: str) -> list[ast.stmt]:
+    return ast.parse(source).body
+
+
 @contextmanager
 def copied(mutation: Mutation | None) -> Iterator[Path]:
     """A folder from which `import gnomon` takes a copy of the sources, with the mutation."""
+    change = mutation and mutation.apply()
     with tempfile.TemporaryDirectory(prefix="mutation-") as name:
         package = Path(name) / "gnomon"
         shutil.copytree(ROOT / "src" / "gnomon", package)
         for folder in FOLDERS:
             shutil.copytree(ROOT / folder, package / folder, ignore=shutil.ignore_patterns("__pycache__"))
-        if mutation is not None:
-            mutation.apply(package)
+        if change:
+            path, source = change
+            (package / path).write_text(source, encoding="utf-8")
         yield Path(name)
 
 
@@ -143,6 +153,9 @@ def outcome(mutation: Mutation | None, tests: Sequence[str] = (), stop: bool = T
         output.seek(0)
         text = output.read()
     failures = re.findall(r"^(?:FAILED|ERROR) (\S+?::.+?)(?: - (.*))?$", text, re.MULTILINE)
+    missing = re.search(r"^SKIPPED .*: (\S+ is not installed)$", text, re.MULTILINE)
+    if missing and code in (0, 4, 5) and not re.search(r"\d passed", text):  # 4, 5: a module is skipped as a whole
+        return Outcome(NOT_RUN, missing[1], seconds=seconds)
     if code == 0:
         return Outcome(SURVIVED, seconds=seconds)
     if code == -signal.SIGXCPU:
@@ -159,6 +172,7 @@ def _pytest(folder: Path, arguments: list[str], output: int) -> tuple[int, float
     """
     if "gnomon" in sys.modules:
         raise RuntimeError("gnomon is imported already: a fork would not import the sources in its folder")
+    skip = pytest.importorskip
     options = ["-q", "--benchmark-disable", "-p", "no:cacheprovider", "-m", "not slow", *arguments]
     child = os.fork()
     if child == 0:
@@ -173,6 +187,8 @@ def _pytest(folder: Path, arguments: list[str], output: int) -> tuple[int, float
                 "PYTHONPATH": os.pathsep.join(filter(None, [str(folder), os.environ.get("PYTHONPATH")])),
                 "COLUMNS": "400",
             }
+            # The reason for which a test is skipped names the library.
+            pytest.importorskip = lambda name, *_, **__: skip(name, reason=f"{name} is not installed")
             resource.setrlimit(resource.RLIMIT_CPU, (LIMIT_SECONDS * len(arguments), resource.RLIM_INFINITY))
             signal.alarm(LONGEST_SECONDS)
             code = int(pytest.main(options))
@@ -211,12 +227,12 @@ def summary(chosen: Sequence[Mutation]) -> int:
         print(f"without a mutation: {plain.reason}", *plain.failed, sep="\n    ")
     number = Counter(found.word for found in outcomes)
     print(
-        f"{len(chosen)} mutations: {number[CAUGHT]} caught, {number[SURVIVED]} survived, {number[IMPOSSIBLE]} could not be"
-        f" applied or run; {len(plain.failed)} tests fail without a mutation; {(monotonic() - begin) / 60:.0f} min,"
+        f"{len(chosen)} mutations: {number[CAUGHT]} caught, {number[SURVIVED]} survived, {number[NOT_RUN]} not run,"
+        f" {number[IMPOSSIBLE]} could not be applied or run; {len(plain.failed)} tests fail without a mutation; {(monotonic() - begin) / 60:.0f} min,"
         f" {sum(found.seconds for found in (*outcomes, plain)) / 60:.0f} min of processor time"
     )
     explained = sum(found.word == SURVIVED and one.survives != "" for one, found in zip(chosen, outcomes, strict=True))
-    return 0 if number[CAUGHT] + explained == len(chosen) and plain.word == SURVIVED else 1
+    return 0 if number[CAUGHT] + number[NOT_RUN] + explained == len(chosen) and plain.word == SURVIVED else 1
 
 
 if __name__ == "__main__":

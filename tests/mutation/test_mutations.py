@@ -4,15 +4,17 @@ import signal
 import subprocess
 import sys
 from collections.abc import Sequence
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import mutate
 import pytest
-from mutate import CAUGHT, IMPOSSIBLE, ROOT, SURVIVED, Mutation, Outcome
+from mutate import CAUGHT, IMPOSSIBLE, NOT_RUN, ROOT, SURVIVED, Mutation, Outcome
 
 FAILED = "FAILED tests/test_a.py::test_b[c d] - assert 1 == 2\n"
+SKIPPED = "SKIPPED [1] tests/test_a.py:20: heyoka is not installed\n"
 TEST = "harness/measuring/test_events::test_the_same_events_have_no_error"
 SAME = Mutation(
     "nothing changes", "harness/measuring/events.score_events", "missing = extra = 0", "missing = extra = 0", (TEST,)
@@ -25,22 +27,41 @@ SAME = Mutation(
         (0, "", SURVIVED), (1, FAILED, CAUGHT), (-signal.SIGXCPU, "", CAUGHT), (-signal.SIGALRM, "", IMPOSSIBLE),
         (2, "ERROR tests/test_a.py - SyntaxError\n", IMPOSSIBLE), (1, "", IMPOSSIBLE),
         (4, "ERROR: not found: tests/test_a.py::test_b\n", IMPOSSIBLE), (5, "no tests ran\n", IMPOSSIBLE),
+        (0, f"{SKIPPED}1 skipped in 0.1s\n", NOT_RUN), (4, f"{SKIPPED}1 skipped in 0.1s\nERROR: found no collectors\n", NOT_RUN),
+        (5, f"{SKIPPED}1 skipped in 0.1s\n", NOT_RUN), (0, f"{SKIPPED}1 passed, 1 skipped in 0.1s\n", SURVIVED),
+        (1, f"{SKIPPED}{FAILED}", CAUGHT), (0, "SKIPPED [1] tests/test_a.py:20: depends on the numbers\n", SURVIVED),
     ],
 )  # fmt: skip
 def test_a_mutation_is_caught_by_a_failed_test_alone(
     code: int, output: str, word: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Sources that cannot be imported, or a test that is not there, show nothing of the tests."""
+    """Sources that cannot be imported, or a test that is not there or lacks a library, show nothing of the tests."""
 
     def run(folder: Path, arguments: list[str], file: int) -> tuple[int, float]:
         with open(file, "w", closefd=False, encoding="utf-8") as stream:
             stream.write(output)
         return code, 1.0
 
+    monkeypatch.setattr(mutate, "copied", lambda mutation: nullcontext(Path()))
     monkeypatch.setattr(mutate, "_pytest", run)
     found = mutate.outcome(SAME)
     assert found.word == word
     assert found.failed == {CAUGHT: ("tests/test_a.py::test_b[c d]",) if output else (*SAME.ids(),)}.get(word, ())
+
+
+def test_every_mutation_changes_a_text_of_the_sources_and_names_tests_that_are_there() -> None:
+    """A function, a variable or a test that gets another name would leave a mutation that nobody can apply."""
+    lost = []
+    for mutation in mutate.mutations():
+        try:
+            mutation.apply()
+            tests = [test.partition("::") for test in mutation.ids()]
+        except ValueError as error:
+            lost.append(str(error))
+        else:
+            sources = [((ROOT / path).read_text(encoding="utf-8"), test.partition("[")[0]) for path, _, test in tests]
+            lost += [f"{mutation.name}: no {test}" for source, test in sources if test and f"def {test}(" not in source]
+    assert not lost
 
 
 @pytest.mark.parametrize(
@@ -64,6 +85,7 @@ def test_what_is_not_there_cannot_be_changed_or_run(changed: dict[str, Any], rea
         ([CAUGHT, CAUGHT], SURVIVED, 0),
         ([CAUGHT, SURVIVED], SURVIVED, 1),
         ([CAUGHT, IMPOSSIBLE], SURVIVED, 1),
+        ([CAUGHT, NOT_RUN], SURVIVED, 0),
         ([CAUGHT, CAUGHT], CAUGHT, 1),
     ],
 )
@@ -78,7 +100,8 @@ def test_the_exit_code_is_0_only_if_all_are_caught_by_tests_that_pass_without_th
     monkeypatch.setattr(mutate, "outcome", outcome)
     assert mutate.summary([SAME] * len(words)) == code
     last = capsys.readouterr().out.splitlines()[-1]
-    counts = [f"{words.count(word)} {said}" for word, said in ((CAUGHT, "caught"), (SURVIVED, "survived"))]
+    said = {CAUGHT: "caught", SURVIVED: "survived", NOT_RUN: "not run"}
+    counts = [f"{words.count(word)} {text}" for word, text in said.items()]
     assert last.startswith(f"2 mutations: {', '.join(counts)}, {words.count(IMPOSSIBLE)} could not be applied or run")
     assert f"{1 if without == CAUGHT else 0} tests fail without a mutation" in last
 
