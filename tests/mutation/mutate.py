@@ -152,7 +152,7 @@ def outcome(mutation: Mutation | None, tests: Sequence[str] = (), stop: bool = T
             return Outcome(IMPOSSIBLE, str(error))
         output.seek(0)
         text = output.read()
-    failures = re.findall(r"^(?:FAILED|ERROR) (\S+?::.+?)(?: - (.*))?$", text, re.MULTILINE)
+    failures = re.findall(r"^(?:FAILED|ERROR) (\S+?::.+?)(?: - .*)?$", text, re.MULTILINE)
     missing = re.search(r"^SKIPPED .*: (\S+ is not installed)$", text, re.MULTILINE)
     if missing and code in (0, 4, 5) and not re.search(r"\d passed", text):  # 4, 5: a module is skipped as a whole
         return Outcome(NOT_RUN, missing[1], seconds=seconds)
@@ -162,7 +162,8 @@ def outcome(mutation: Mutation | None, tests: Sequence[str] = (), stop: bool = T
         return Outcome(CAUGHT, "no end of its tests", tuple(tests), seconds)
     if code != 1 or not failures:  # 1: a test failed; anything else: pytest itself could not work
         return Outcome(IMPOSSIBLE, f"pytest ended with {code}:\n{text[-2000:]}", seconds=seconds)
-    return Outcome(CAUGHT, failures[0][1], tuple(test for test, _ in failures), seconds)
+    reason = re.search(r"^E +(\S.*)$", text, re.MULTILINE)
+    return Outcome(CAUGHT, reason[1] if reason else "", tuple(failures), seconds)
 
 
 def _pytest(folder: Path, arguments: list[str], output: int) -> tuple[int, float]:
@@ -183,10 +184,8 @@ def _pytest(folder: Path, arguments: list[str], output: int) -> tuple[int, float
             os.dup2(output, 2)
             os.chdir(ROOT)
             sys.path.insert(0, str(folder))
-            os.environ |= {
-                "PYTHONPATH": os.pathsep.join(filter(None, [str(folder), os.environ.get("PYTHONPATH")])),
-                "COLUMNS": "400",
-            }
+            path = filter(None, [str(folder), os.environ.get("PYTHONPATH")])
+            os.environ["PYTHONPATH"] = os.pathsep.join(path)
             # The reason for which a test is skipped names the library.
             pytest.importorskip = lambda name, *_, **__: skip(name, reason=f"{name} is not installed")
             resource.setrlimit(resource.RLIMIT_CPU, (LIMIT_SECONDS * len(arguments), resource.RLIM_INFINITY))

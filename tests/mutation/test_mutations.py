@@ -13,7 +13,7 @@ import mutate
 import pytest
 from mutate import CAUGHT, IMPOSSIBLE, NOT_RUN, ROOT, SURVIVED, Mutation, Outcome
 
-FAILED = "FAILED tests/test_a.py::test_b[c d] - assert 1 == 2\n"
+FAILED = "E       assert 1 == 2\nFAILED tests/test_a.py::test_b[c d] - assert 1...\n"
 SKIPPED = "SKIPPED [1] tests/test_a.py:20: heyoka is not installed\n"
 TEST = "harness/measuring/test_events::test_the_same_events_have_no_error"
 SAME = Mutation(
@@ -47,6 +47,7 @@ def test_a_mutation_is_caught_by_a_failed_test_alone(
     found = mutate.outcome(SAME)
     assert found.word == word
     assert found.failed == {CAUGHT: ("tests/test_a.py::test_b[c d]",) if output else (*SAME.ids(),)}.get(word, ())
+    assert (found.reason == "assert 1 == 2") == (FAILED in output)
 
 
 def test_every_mutation_changes_a_text_of_the_sources_and_names_tests_that_are_there() -> None:
