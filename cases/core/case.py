@@ -377,7 +377,7 @@ class Case(Declared):
         """
         quantities: dict[str, Any] = {}
         for entry in self.quantity_names:
-            names, _, attribute = entry.partition("=")
+            names, _, attribute = entry.partition("=")  # "names=attribute" or one word for both
             value = attrgetter(attribute or names)(self.exact_motion)
             value = value(digits) if callable(value) else value
             if value is not None:

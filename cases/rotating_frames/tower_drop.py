@@ -135,10 +135,9 @@ class TowerFall(Case):
         turning: dict[str, Any] = {"initial_state": self.initial_state, "span": self.span, "g": weight, "lat": lat}
         drift: dict[str, Any] = dict(zip(("ux", "uy", "uz"), thrown, strict=True))
         lifted: dict[str, Any] = {"initial_state": (x, y, z + radius, *thrown), "span": self.span}
-        size = float(radius)
 
         def lowered(states: Floats) -> Floats:
-            return states - [0.0, 0.0, size, 0.0, 0.0, 0.0]
+            return states - [0.0, 0.0, float(radius), 0.0, 0.0, 0.0]  # from the centre to the foot of the tower
 
         return (
             Level(FreeFallRotatingEarth(Om=0, **turning), same, "gravity on a planet at rest"),

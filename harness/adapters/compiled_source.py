@@ -8,7 +8,7 @@ from hashlib import sha256
 from pathlib import Path
 
 from gnomon.harness.kernels import machine
-from gnomon.harness.kernels.compiling import announce, cache_folder
+from gnomon.harness.kernels.kept_code import announce, cache_folder
 from gnomon.reference.storage import cachefolder
 
 

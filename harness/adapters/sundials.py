@@ -258,7 +258,7 @@ class Native(Sundials):
         signature = "int int int int[1] float[1] float[1] float[1] float[2]"
         run = machine.function(follow, signature, replaced={"ARGUMENTS": len(rest)})
         state, reached, times = session.state, session.reached, np.ascontiguousarray(problem.times)
-        advanced = np.ndarray(1, np.float64, memoryview(reached))
+        advanced = np.ndarray(1, np.float64, memoryview(reached))  # the same number as an array
 
         def solve_one(
             start: Floats,
@@ -299,7 +299,7 @@ class Adams(Native):
         def restart() -> None:
             session.set("ReInit", problem.t0, session.y)
 
-        return restart, (session.y, ctypes.addressof(session.reached), NORMAL)
+        return restart, (session.y, ctypes.addressof(session.reached), NORMAL)  # CVode(memory, time, *these)
 
 
 class Bdf(Adams):
@@ -332,7 +332,10 @@ class Ida(Native):
             kernel.pointer(t0, session.state, buffer, slope)
             session.set("ReInit", t0, y, slopes)
 
-        return options, (restart, (ctypes.addressof(session.reached), y, slopes, NORMAL))
+        return options, (
+            restart,
+            (ctypes.addressof(session.reached), y, slopes, NORMAL),
+        )  # IDASolve(memory, time, *these)
 
 
 class Session:

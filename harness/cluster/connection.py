@@ -132,7 +132,10 @@ def connect(address: str, workers: int) -> Iterator[Cluster]:
 
 
 async def _greet(address: str) -> None:
-    """Raise an exception unless a scheduler answers: an incomplete client would wait at the end of the process."""
+    """Raise an exception unless a scheduler answers.
+
+    Dask's client, whose connection failed, would keep the process from ending.
+    """
     from distributed.comm.addressing import get_address_host_port
     from distributed.comm.core import connect
     from distributed.security import Security

@@ -14,7 +14,7 @@ def doctor() -> None:
 def environment_table() -> Table:
     """The machine, versions, and the folders of caches."""
     # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
-    from gnomon.harness.kernels.compiling import cache_folder
+    from gnomon.harness.kernels.kept_code import cache_folder
     from gnomon.harness.registry import environment
     from gnomon.harness.system.limitations import limitations
     from gnomon.reference.storage import diskcache

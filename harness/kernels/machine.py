@@ -13,8 +13,8 @@ from typing import Any
 import llvmlite
 import numpy as np
 from gnomon.harness.kernels import emission, ir
-from gnomon.harness.kernels.compiling import announce, cache_folder
 from gnomon.harness.kernels.ir import INTEGER, POINTER, REAL, TRUTH, Value
+from gnomon.harness.kernels.kept_code import announce, cache_folder
 from gnomon.reference.storage import cachefolder
 from llvmlite import binding as llvm
 from numpy._core import multiarray

@@ -70,7 +70,10 @@ def write_function(values: Sequence[Value], name: str, places: Sequence[int] | N
 
 
 def on_symbols(function: Any, trace: Trace) -> Callable[..., Any]:
-    """The function, and all functions that it calls, with functions of symbols for `math` and arrays of objects for NumPy's."""
+    """The function, and all functions that it calls, with functions of symbols for `math` and arrays of objects for NumPy's.
+
+    A callable without Python code, such as one written in C, stays as it is: it refuses symbols when it is called.
+    """
     if isinstance(function, partial):
         return partial(on_symbols(function.func, trace), *function.args, **function.keywords)
     if isinstance(function, types.MethodType):

@@ -133,6 +133,7 @@ def _satellites(random: Random, number: int) -> Made:
 
 
 def _centre(random: Random, number: int) -> Made:
+    """A satellite of an oblate planet, or of a round one, by turns of two."""
     mu, eccentricity = _decades(random, 0.5, 2), _eccentricity(random, number)
     orbits = _decades(random, 1, 100)
     if number % 2 == number // 2 % 2:

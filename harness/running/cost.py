@@ -86,7 +86,10 @@ def divide(items: Sequence[Item], seconds: Sequence[float], parts: int) -> list[
 
 
 def shard(series: Sequence[Series], suite: Suite, near_duplicates: bool = True) -> list[Series]:
-    """The series of the suite's shard. Each series is in exactly one shard, for any order of `series`."""
+    """The series of the suite's shard. Each series is in exactly one shard, for any order of `series`.
+
+    The plan is divided into PIECES pieces for each shard, of about equal cost, and dealt out to the shards in turn.
+    """
     place, count = suite.shard
     if count == 1:
         return list(series)

@@ -57,7 +57,7 @@ def crashes(
     """One text for each integrator of a user's own whose first trials all crash: id, case, last traceback."""
     series = []
     for integrator in filter(is_users_own, integrators):
-        pairs = plan.pairs(chosen, [integrator], formulations=False)
+        pairs = plan.list_series(chosen, [integrator], formulations=False)
         series += [pair for pair in pairs if pair.left_out is None][:1]
     solutions = reference_solutions(list(dict.fromkeys(CaseSpec.of(pair.case) for pair in series)), lambda: None)
     trials = []

@@ -13,8 +13,8 @@ from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refu
 from gnomon.harness.contract.problem import first_taken
 from gnomon.harness.contract.validation import Unusable, short
 from gnomon.harness.integrators.base.fixed_step import FixedStep
-from gnomon.harness.kernels.compiling import show
 from gnomon.harness.kernels.derived_forms import derive_forms, of_bodies
+from gnomon.harness.kernels.kept_code import show
 from gnomon.harness.measuring.prepared import Prepared
 from gnomon.harness.running.call_watch import place
 from gnomon.harness.running.clock import Clock

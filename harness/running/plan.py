@@ -389,17 +389,18 @@ def library_versions(integrator: Integrator) -> dict[str, str]:
     return versions
 
 
-def pairs(
+def list_series(
     chosen: Sequence[tuple[Case, str]],
     integrators: Sequence[Integrator],
     formulations: bool = True,
     near_duplicates: bool = True,
-    even: Container[str] = (),
+    always: Container[str] = (),
 ) -> list[Series]:
-    """The series of every (case, label of its series), in every formulation with every integrator.
+    """The series of every chosen case, in every formulation with every integrator.
 
-    A pair that cannot run has a series too, with the reason. If `near_duplicates` is False, a near-duplicate method on a
-    hard variant is left out, unless `even` holds its id.
+    `chosen`: (case, label), where the label is "", or names the span as `lengthen` does. An integrator that cannot run a
+    case has a series too, with the reason. If `near_duplicates` is False, a near-duplicate method on a hard variant is left
+    out, unless `always` holds its id.
     """
     series = []
     absent = {integrator: lookup.missing(integrator) for integrator in integrators}
@@ -414,7 +415,7 @@ def pairs(
                 left_out = _find_left_out(case, integrator, form, absent[integrator])
                 pair = Series(case, formulation, integrator, left_out, label)
                 repeated = case.variant is not None or pair.over_timing_span
-                wanted = near_duplicates or integrator.primary or integrator.id in even
+                wanted = near_duplicates or integrator.primary or integrator.id in always
                 if left_out is None and repeated and not wanted:
                     pair = replace(pair, left_out=NEAR_DUPLICATE)
                 series.append(pair)

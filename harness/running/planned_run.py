@@ -13,7 +13,7 @@ from typing import Any, Protocol
 from gnomon.cases import Case
 from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.contract.status import Status
-from gnomon.harness.kernels.compiling import cache_folder
+from gnomon.harness.kernels.kept_code import cache_folder
 from gnomon.harness.measuring.reference_solution import CaseSpec, ReferenceSolution, find_kept, reference_solutions
 from gnomon.harness.measuring.score import Scorer
 from gnomon.harness.registry import declaration, environment, lookup, references
@@ -113,7 +113,9 @@ def open_run(
         references.require_rebuilt(integrator)
     lookup.require_distinct(integrators)
     _verify_caches()
-    every = plan.pairs(chosen, integrators, suite.scope.formulations, near_duplicates, even=suite.scope.for_stiff)
+    every = plan.list_series(
+        chosen, integrators, suite.scope.formulations, near_duplicates, always=suite.scope.for_stiff
+    )
     whole = list(filter(suite.has, every))
     series, named = shard(whole, suite, near_duplicates), shard_named(whole, suite, near_duplicates)
     with progress, Store(path) as results:

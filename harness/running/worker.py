@@ -29,7 +29,7 @@ from gnomon.harness.contract.integrator import Floats, Problem, Refused, Solver
 from gnomon.harness.contract.problem import find_accepted_form, groups_of, names_of
 from gnomon.harness.contract.status import Status
 from gnomon.harness.contract.validation import Unusable
-from gnomon.harness.kernels.compiling import WATCHERS
+from gnomon.harness.kernels.kept_code import WATCHERS
 from gnomon.harness.measuring import prepared
 from gnomon.harness.measuring.failures import status_of
 from gnomon.harness.measuring.null_call import null_call

@@ -232,7 +232,10 @@ def large(step: StepMatrix, scans: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def region(step: StepMatrix, cost: float, seconds: float) -> dict[str, Any]:
-    """|R| on a grid of the upper half-plane, rows from Im z = 0, four significant digits."""
+    """|R| on a grid of the upper half-plane, rows from Im z = 0, four significant digits.
+
+    `cost`: the seconds of one value of R. The grid is the finest one of REGION_STEPS that takes at most `seconds`.
+    """
     low, high, top = REGION
     area = (high - low) * top
     spacing = affordable(REGION_STEPS, lambda d: cost * area / d**2, seconds)

@@ -89,10 +89,11 @@ def _ask(side: ProgramProcess, other: Other, **request: Any) -> dict[str, Any]:
 
 
 def _launch(sides: Sequence[ProgramProcess], other: Other, **request: Any) -> dict[str, Any]:
-    """Time both sides in turn, A B B A: `seconds` of a call, of its `null` call, and `error`, each (present, other).
+    """Time both sides in turn, A B B A.
 
-    Each time is the least over all turns, because other processes can only add to it. If a side has no time, the only
-    entry is the reason, `declined`.
+    Returns pairs (present, other) by name: `seconds`, the least time of a call; `null`, the least time of a null call
+    (`measuring.null_call`); `error`; and `named`, the setting. Other processes can only add to a time. If a side has no
+    time, the only entry is the reason, `declined`.
     """
     turns: tuple[list[dict[str, Any]], list[dict[str, Any]]] = ([], [])
     for side in islice(cycle((0, 1, 1, 0)), 4 * ROUNDS):
@@ -202,7 +203,8 @@ class _Series:
         while not seconds or perf_counter() < end:
             seconds.append(self._time_call(solver))
         null, _ = null_call(self.trials.integrator, self.trials.problem, setting, self.starts)
-        return {"seconds": min(seconds), "null": null or 0.0, "error": error, "named": self.trials.named(setting)}
+        null = null or 0.0  # None: the null call failed
+        return {"seconds": min(seconds), "null": null, "error": error, "named": self.trials.named(setting)}
 
     def _prepare(self, setting: float) -> tuple[Prepared, float]:
         """The solver at a setting, after its first call, and the error of its solution."""

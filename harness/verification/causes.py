@@ -694,7 +694,10 @@ def _solve(
     most: int,
     promising: Callable[[Floats], bool] | None = None,
 ) -> Floats | None:
-    """The states at these times; None if the solution ends before, takes too many evaluations, or is not `promising`."""
+    """The states at these times; None if the solution ends before, takes more than `most` evaluations, or is not `promising`.
+
+    `promising` is asked once, of the states so far, when these are at least 1/SCREEN of all.
+    """
     states, filled = np.empty((len(times), len(start))), int(times[0] == 0)
     states[:filled] = start
     screened = max(2, len(times) // SCREEN)

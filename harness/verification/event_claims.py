@@ -77,7 +77,7 @@ class _Few:
 
 
 def _few(trials: Trials) -> _Few | None:
-    """The shortest span with an event in its first part and no event near its end."""
+    """The shortest span, the case's span halved up to SHORTEST times, with an event before its end and none near it."""
     events = trials.case.events()
     for halvings in reversed(range(SHORTEST)):
         span = float(trials.reference.times[-1]) * 2.0**-halvings

@@ -70,7 +70,7 @@ class BilliardBall(Sphere, BallMotion):
         return self._derived(digits, lambda: ball((sx * sx + sy * sy) / 7))
 
     def spin_up(self) -> tuple[Any, Any, Any]:
-        """Angular acceleration while it slides, in balls."""
+        """The angular acceleration while the ball slides, in ball arithmetic."""
         sx, sy = map(ball, self.slip)
         push = ball(Fraction(5, 2) * self.mu * self.g / self.R) / self._slip_size()
         return -push * sy, push * sx, flint.arb(0)

@@ -90,7 +90,7 @@ class DampedPendulum(BallMotion):
         )
 
     def _coefficient(self) -> Any:
-        """The coefficient A = 2 w2/(1 + 4 c^2) of the first integral p."""
+        """The coefficient A = 2 w2/(1 + 4 c^2) of the squared speed p, see the top of this file."""
         return ball(2 * self.w2 / (1 + 4 * self.c**2))
 
     def _shape(self, u: Any) -> Any:
@@ -124,14 +124,14 @@ class DampedPendulum(BallMotion):
 
     def _quotient_before(self, end: Any) -> Any:
         """The function delta -> p(end - delta)/delta, for a zero `end` of p: the zero cancels in the formula."""
-        size, (sine, cosine), c = self._coefficient(), end.sin_cos(), ball(self.c)
+        coefficient, (sine, cosine), c = self._coefficient(), end.sin_cos(), ball(self.c)
 
         def plain(delta: Any) -> Any:
             half = delta / 2
             turned = half.sin() * half.sinc()
             decayed = 2 * c * (c * delta).exp() * (flint.acb(0, 1) * c * delta).sinc()
             straight, both = delta.sinc(), turned + decayed
-            return size * (cosine * (2 * c * straight - both) + sine * (straight + 2 * c * both))
+            return coefficient * (cosine * (2 * c * straight - both) + sine * (straight + 2 * c * both))
 
         def quotient(delta: Any) -> Any:
             """The quotient, on wide balls by the mean value theorem: near a top the terms cancel, their radii add up."""
@@ -202,11 +202,11 @@ class SwingSequence:
     def _find_rest_from(self, begin: Any, speed: Any, bottom: int) -> Any:
         """The zero as `_find_rest`, from an exact `begin`: bisection, Newton's method, one step of interval Newton."""
         motion = self.motion
-        size, c = motion._coefficient(), ball(motion.c)
-        share = speed - size * motion._shape(begin)
+        coefficient, c = motion._coefficient(), ball(motion.c)
+        share = speed - coefficient * motion._shape(begin)
 
         def left(u: Any) -> Any:
-            return share * (-2 * c * (u - begin)).exp() + size * motion._shape(u)
+            return share * (-2 * c * (u - begin)).exp() + coefficient * motion._shape(u)
 
         def slope(u: Any) -> Any:
             return -2 * c * left(u) - 2 * ball(motion.w2) * u.sin()

@@ -12,7 +12,7 @@ from gnomon.cases import Case
 from gnomon.cases.core.forms import FirstOrder
 from gnomon.cases.pendulums.pendulum_simple import PendulumSimple
 from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solution, Steps
-from gnomon.harness.kernels.compiling import announce
+from gnomon.harness.kernels.kept_code import announce
 from gnomon.harness.measuring import prepared
 from gnomon.harness.running import first_use, worker
 from passing_time import hang, pass_time

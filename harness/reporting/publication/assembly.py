@@ -42,7 +42,7 @@ class Found:
 
 
 def present(place: Place) -> Found:
-    """The parts of these sources on this machine. Raises ValueError if one is not done, or not of the others' kind."""
+    """The parts measured with these sources. Raises ValueError if one is missing or has other versions of libraries."""
     records = {part.name: place.record(part) for part in place.parts}
     lacking = [name for name, record in records.items() if record is None]
     if lacking:

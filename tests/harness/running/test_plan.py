@@ -34,7 +34,7 @@ CASE = cases.get("pendulum_simple").rounded()
 
 
 def trials(case: cases.Case, integrator: Any) -> Any:
-    (series,) = plan.pairs([(case, "")], [integrator], formulations=False)
+    (series,) = plan.list_series([(case, "")], [integrator], formulations=False)
     scorer = Scorer(case, None, reference_solution(CaseSpec.of(case)))
     return series.trials(scorer.problem(series.form))
 
@@ -65,9 +65,9 @@ def test_engine_variants_get_decimal_steps() -> None:
 
 def test_a_near_duplicate_method_skips_hard_variants_unless_it_is_named() -> None:
     chosen = [(CASE, ""), (cases.get("pendulum_simple", "engines").rounded(), "")]
-    in_suite = plan.pairs(chosen, [planted.NearDuplicate()], formulations=False, near_duplicates=False)
+    in_suite = plan.list_series(chosen, [planted.NearDuplicate()], formulations=False, near_duplicates=False)
     assert [series.left_out for series in in_suite] == [None, plan.NEAR_DUPLICATE]
-    assert [series.left_out for series in plan.pairs(chosen, [planted.NearDuplicate()], formulations=False)] == [
+    assert [series.left_out for series in plan.list_series(chosen, [planted.NearDuplicate()], formulations=False)] == [
         None,
         None,
     ]
@@ -78,7 +78,7 @@ def test_a_method_for_stiff_equations_runs_on_stiff_variants_alone() -> None:
     suite, bdf, other = plan.suite("standard"), lookup.find_one("scipy:BDF"), lookup.find_one("scipy:RK45")
     assert {bdf, other} <= set(suite.methods(lookup.everything().values()))
     chosen = selection.choose(["damped_oscillator", "damped_oscillator/stiff_1e6", "harmonic_oscillator/fast"], False)
-    found = plan.pairs(chosen, [bdf, other], False, near_duplicates=False, even=suite.scope.for_stiff)
+    found = plan.list_series(chosen, [bdf, other], False, near_duplicates=False, always=suite.scope.for_stiff)
     ran = [(one.variant, one.integrator.id) for one in found if suite.has(one) and one.left_out is None]
     assert [variant for variant, name in ran if name == bdf.id] == ["stiff_1e6"]
     assert len([name for _, name in ran if name == other.id]) == 3
@@ -87,7 +87,7 @@ def test_a_method_for_stiff_equations_runs_on_stiff_variants_alone() -> None:
 def test_a_method_for_events_runs_on_motions_with_events_alone() -> None:
     suite, engine = plan.suite("standard"), lookup.find_one("mujoco:mj_step implicitfast [configured]")
     chosen = [(cases.get(name), "") for name in ("pendulum_simple", "bouncing_ball")]
-    assert [one.case.name for one in plan.pairs(chosen, [engine], False) if suite.has(one)] == ["bouncing_ball"]
+    assert [one.case.name for one in plan.list_series(chosen, [engine], False) if suite.has(one)] == ["bouncing_ball"]
 
 
 def test_standard_runs_the_ways_that_manuals_name_of_engines_and_the_suite_of_engines_all() -> None:
@@ -104,7 +104,7 @@ def test_a_pair_takes_the_most_structured_form_that_is_accepted() -> None:
     class Splitting(planted.Sound):
         accepts = (Separable,)
 
-    first, second = plan.pairs([(CASE, "")], [Splitting(), planted.Sound()], formulations=False)
+    first, second = plan.list_series([(CASE, "")], [Splitting(), planted.Sound()], formulations=False)
     assert type(first.form).__name__ == "Separable"
     assert type(second.form).__name__ == "FirstOrder"
 
@@ -112,7 +112,7 @@ def test_a_pair_takes_the_most_structured_form_that_is_accepted() -> None:
 def test_every_case_is_paired_with_every_integrator_or_has_a_reason_why_not() -> None:
     chosen = selection.choose(None, variants=False)
     integrators = lookup.find_all(None)
-    found = plan.pairs(chosen, integrators)
+    found = plan.list_series(chosen, integrators)
     own = [series for series in found if series.formulation is None]
     assert len(own) == len(chosen) * len(integrators)
     for series in found:
@@ -303,7 +303,7 @@ def test_the_quick_suite_has_a_method_of_every_library_and_several_for_each_of_i
     everywhere = (lookup.general() | lookup.list_registered()).values()
     assert {one.library for one in integrators} == {one.library for one in everywhere}
     for name in plan.SUITES["quick"].scope.cases:
-        able = [one for one in plan.pairs([(cases.get(name), "")], integrators, False) if one.form is not None]
+        able = [one for one in plan.list_series([(cases.get(name), "")], integrators, False) if one.form is not None]
         assert len({one.integrator.library for one in able}) >= 2, name
 
 

@@ -142,10 +142,11 @@ class Swivel:
 
 
 def on_ropes(world: Any, scene: Scene) -> tuple[dict[str, Pointer], list[Callable[[float], None]]]:
-    """The bodies on ropes, and what is to be done before each step.
+    """The bodies on ropes, and functions to call before each step.
 
-    A rope that joins two bodies is a gear between their rails: what leaves one side arrives at the other. A pulley with
-    inertia is a wheel of radius 1 m with a gear to each side; over a pulley both sides hang straight.
+    PyBullet has no ropes. A body on a rope slides on a straight rail that turns about the hole. A rope that joins two bodies
+    is a gear between their rails, which keeps the sum of both lengths. A pulley with inertia is a wheel of radius 1 m with a
+    gear to each side; over a pulley both sides hang straight.
     """
     bodies = {body.name: body for body in scene.bodies}
     smooth = {contact.body: contact.normal for contact in scene.contacts}
