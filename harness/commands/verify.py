@@ -231,7 +231,7 @@ def _verify(
     report.rows[:0] = rows
     report.claims = tuple(asked.claim or ())
     if not asked.claim and not (report.diagnosis or "").startswith(ENDLESS):
-        report.notes = describe_energy(chosen, asked.case, ends)
+        report.notes += describe_energy(chosen, asked.case, ends)
     if named is not None and against is not None and other is not None:
         _compare(chosen, asked.case, report, (named, against), other, show)
     return report

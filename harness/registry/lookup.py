@@ -143,10 +143,12 @@ def from_path(path: str) -> Integrator:
             item = getattr(importlib.import_module(module), attribute)
             item = item() if isinstance(item, type) and issubclass(item, Integrator) else item
     except BaseException as error:  # a user's module may raise anything when it is imported
-        wanted = "package.module:Class of a subclass of Integrator"
+        wanted = "; give package.module:Class of a subclass of Integrator"
         if module.endswith(".py"):
-            wanted = f"the module and not its file: {PurePath(module).stem}:{attribute or 'Class'}"
-        raise ValueError(f"{path}: {type(error).__name__}: {error}; give {wanted}") from None
+            wanted = f"; give the module and not its file: {PurePath(module).stem}:{attribute or 'Class'}"
+        if module and not isinstance(error, ImportError | AttributeError):  # the user's code raised it
+            wanted = ""
+        raise ValueError(f"{path}: {type(error).__name__}: {error}{wanted}") from None
     return make(item, path)
 
 

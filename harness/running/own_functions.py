@@ -94,7 +94,7 @@ class OwnFunction:
             wanted = (
                 f"{outputs} {'is' if outputs == 1 else 'are'}" if shape is None else f"an array of shape {shape} is"
             )
-            raise ValueError(f"{place(function)} gives {gives}; {wanted} wanted")
+            raise ValueError(f"{place(function)} gives {gives}; {wanted} wanted{self.hint(start)}")
 
     def at(self, t: float, y: Floats) -> Floats:
         """The values at a time of the user's clock."""
@@ -113,7 +113,17 @@ class OwnFunction:
     def failed(self, error: BaseException, t: float, y: Floats) -> str:
         """The text for an exception of the function."""
         state = ", ".join(f"{x:.6g}" for x in y)
-        return f"{place(self.function)} raised {type(error).__name__}: {error}, at t={t:.6g}, y=[{state}]"
+        hint = self.hint(y) if isinstance(error, TypeError | IndexError | AttributeError) else ""
+        return f"{place(self.function)} raised {type(error).__name__}: {error}, at t={t:.6g}, y=[{state}]{hint}"
+
+    def hint(self, y: Floats) -> str:
+        """The advice to exchange t and y, for a function that gives the wanted values only if they are exchanged."""
+        try:
+            with np.errstate(all="ignore"):
+                values = real(self.function(y.copy(), self.clock.within(0.0), *self.arguments.args))
+        except Exception:  # it takes neither order
+            return ""
+        return "; it takes (y, t): gnomon, as solve_ivp, gives (t, y)" if values.shape == (self.outputs,) else ""
 
     def bound(self, function: Callable[..., Any]) -> Callable[..., Any]:
         """A function with the arguments of the user's as one of (t, state, parameters) by the clock of the problem."""

@@ -165,7 +165,9 @@ def slope_of(points: Sequence[Point], order: int, what: str) -> Finding:
     """
     usable = in_range(points)
     if len(usable) < FEWEST:
-        return not_applicable(f"{len(usable)} settings between an error of {LARGEST_ERROR:g} and round-off")
+        return not_applicable(
+            f"{len(usable)} settings between an error of {LARGEST_ERROR:g} and round-off, {FEWEST} are needed"
+        )
     above = [point for point in points if point[2] < point[1] < LARGEST_ERROR]
     (h1, e1, _), (h0, e0, _) = usable[-1], usable[-FEWEST]
     pairs = [(usable[-FEWEST], usable[-1]), (usable[-2], usable[-1]), (above[-2], above[-1])]
@@ -282,7 +284,7 @@ def _error(trials: Trials) -> Finding:
     first = next((k for k, (_, error, _) in enumerate(points) if error < LARGEST_ERROR), len(points))
     points = points[first:]
     if len(points) < FEWEST:
-        return not_applicable(f"{len(points)} settings with an error below {LARGEST_ERROR:g}")
+        return not_applicable(f"{len(points)} settings with an error below {LARGEST_ERROR:g}, {FEWEST} are needed")
     worse = above_line(points, trials.order)
     if worse is None:
         return pass_claim()

@@ -320,8 +320,8 @@ def _of_calls(failures: Failures, claims: set[str], facts: Facts) -> str | None:
     bits = facts.get("bits")
     if facts.get("assumes_velocities"):
         return (
-            "form: it assumes q' = v: it moves the first half of the state by the second half, where f is 0; take both"
-            " halves of f, or declare accelerations=True for forces f(t, q)"
+            "form: it moves positions by velocities (q' = v), not by f: where f is 0 the first half of y still moves; use both"
+            " halves of f(t, y), or declare accelerations=True, which makes f(t, q) the accelerations"
         )
     if facts.get("changed_start") or "start_kept" in claims:
         return "input: it changes the start that it is given"

@@ -22,7 +22,7 @@ from typing import Any, ClassVar
 import numpy as np
 from gnomon.cases.core.forms import FirstOrder, SecondOrder
 from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solver, Steps, Tolerance, each_start
-from gnomon.harness.contract.validation import require_positive
+from gnomon.harness.contract.validation import Unusable, require_positive, short
 from gnomon.harness.contract.velocity_forces import VelocityForces, require_velocities
 from gnomon.harness.registry import declaration, lookup
 from gnomon.harness.verification.functions.right_hand_side import Jacobian, RightHandSide
@@ -37,6 +37,7 @@ TINY = 2.0**-30
 LEAST_TOLERANCE = 2.0**-52
 STEP_ARGUMENTS = 4
 """The number of arguments of a step, without `jac`; a solver has one more."""
+ARGUMENTS = "a step takes (f, t, y, h), a solver (f, t0, y0, times, tolerance)"
 MOST_STEPS = 10**8
 """A smaller tolerance, or more steps, are refused as mistakes."""
 
@@ -247,26 +248,33 @@ class Stepped(FunctionAdapter):
     """A one-step method: the error over a span has one order less than the error of a step."""
 
     def trajectory(self, call: Function, problem: Problem, setting: float, y: Floats, out: Floats) -> int | None:
-        time, steps = problem.t0, 0
+        time, steps, shape = problem.t0, 0, (problem.dimension,)
         for k, end in enumerate(problem.times.tolist()):
             count = max(1, math.ceil(abs(end - time) / setting * (1 - 1e-12)))
             h = (end - time) / count
             for i in range(count):
                 y = call(time + i * h, y, h)
-            state = np.asarray(y)
-            if state.shape != (problem.dimension,):
-                raise ValueError(f"the step returned an array of shape {state.shape}, not {(problem.dimension,)}")
-            out[k], time, steps = state, end, steps + count
+                if getattr(y, "shape", None) != shape:
+                    require_shape(y, shape, "a step returns the state at t + h")
+            out[k], time, steps = y, end, steps + count
         return steps
 
 
 class _Solved(FunctionAdapter):
     def trajectory(self, call: Function, problem: Problem, setting: float, y: Floats, out: Floats) -> int | None:
-        states = np.asarray(call(problem.t0, y, problem.times.copy(), setting))
-        if states.shape != out.shape:
-            raise ValueError(f"the solver returned states of shape {states.shape}, not {out.shape}: one row a time")
+        states = call(problem.t0, y, problem.times.copy(), setting)
+        require_shape(states, out.shape, "a solver returns a state for each of the times")
         out[:] = states
         return None
+
+
+def require_shape(answer: Any, shape: tuple[int, ...], rule: str) -> None:
+    """Raise Unusable, with the answer and the rule, for an answer of another shape."""
+    with contextlib.suppress(ValueError):  # rows of different lengths have no shape
+        if np.shape(answer) == shape:
+            return
+    given = f"an array of shape {answer.shape}" if hasattr(answer, "shape") else short(answer)
+    raise Unusable(f"returned {given}: {rule}, an array of shape {shape}")
 
 
 def from_name(name: str) -> Integrator | None:
@@ -298,6 +306,8 @@ def _adapt_named(module: str, attribute: str) -> Integrator | None:
     except BaseException:  # a user's module may raise anything: `lookup` says what is wrong with the name
         return None
     if count not in (STEP_ARGUMENTS, STEP_ARGUMENTS + 1):
+        if inspect.isfunction(function):
+            raise ValueError(f"{module}:{attribute} takes {inspect.signature(function)}; {ARGUMENTS}")
         return None
     integrator = (from_step if count == STEP_ARGUMENTS else from_solve)(function, name=attribute)
     kind: Any = type(integrator)
@@ -332,6 +342,19 @@ def takes_jacobian(function: Function) -> bool:
         return False
 
 
+def _require_arguments(function: Function, base: type[FunctionAdapter], name: str) -> None:
+    """Raise ValueError for a function that does not take the arguments of a step, or of a solver."""
+    try:
+        signature = inspect.signature(function)
+    except (TypeError, ValueError):  # a function of a compiled library
+        return
+    jacobian = {"jac": None} if takes_jacobian(function) else {}
+    try:
+        signature.bind(*range(STEP_ARGUMENTS + (base is not Stepped)), **jacobian)
+    except TypeError:
+        raise ValueError(f"{name} takes {signature}; {ARGUMENTS}") from None
+
+
 def _make_adapter(
     base: type[FunctionAdapter], function: Function, second: tuple[bool, bool], **attributes: Any
 ) -> Integrator:
@@ -342,6 +365,7 @@ def _make_adapter(
     accelerations, velocities = second
     accepts = (SecondOrder, VelocityForces) if velocities else (SecondOrder if accelerations else FirstOrder,)
     attributes |= {"function": staticmethod(function), "accepts": accepts, "velocities": velocities}
+    _require_arguments(function, base, attributes["name"])
     attributes |= {"compiles": is_of_numba(function) or uses_jax(function)}
     module = sys._getframe(2).f_globals.get("__name__", "__main__")
     kind = type(base.__name__.strip("_"), (base,), attributes | {"__module__": module})

@@ -119,24 +119,33 @@ def lines(report: Report, known: Known, how: str) -> list[str]:
     lines += cause(report) if failures else []
     lines += times(report)
     for outcome in (Outcome.NOT_APPLICABLE, Outcome.NOT_CHECKED):
-        reasons: dict[str, Counter[str]] = {}
+        reasons: dict[str, list[Row]] = {}
         for row in report.of(outcome):
-            reasons.setdefault(row.finding.why, Counter())[row.claim] += 1
-        for why, claims in reasons.items():
-            lines.append(f"{outcome}: {', '.join(f'{claim} ({count})' for claim, count in claims.items())}: {why}")
+            reasons.setdefault(row.finding.why, []).append(row)
+        for why, rows in reasons.items():
+            claims, cases = Counter(row.claim for row in rows), Counter(row.case for row in rows)
+            counted, what = claims, ""
+            if outcome == Outcome.NOT_CHECKED:
+                counted, what = cases, f"{next(iter(claims)) if len(claims) == 1 else 'claims'} on "
+            lines.append(f"{outcome}: {what}{', '.join(f'{name} ({count})' for name, count in counted.items())}: {why}")
     for row in report.rows:
         reason = known.get((row.claim, row.case))
         if reason is not None and row.finding.outcome == Outcome.FAILED:
             lines.append(f"known failure: {row.claim} on {row.case}: {reason}")
         if reason is not None and row.finding.outcome == Outcome.PASSED:
             lines.append(f"passes now: {row.claim} on {row.case}; take it from the file of known failures ({reason})")
-    lines += [*gaps(report, known), *report.notes]
+    lines += [*gaps(report, known), *notes(report)]
     return [visible(line) for line in [*lines, total(report, known)]]
 
 
 def gaps(report: Report, known: Known) -> list[str]:
     """The reasons, a line each, why an integrator without failures does not count as verified."""
     return [f"not verified: {gap}" for gap in report.gaps()] if exit_code(report, known) == NOT_VERIFIED else []
+
+
+def notes(report: Report) -> list[str]:
+    """The notes, a line each, marked as information beside the verdict."""
+    return [f"for information: {note}" for note in report.notes]
 
 
 def times(report: Report) -> list[str]:
@@ -153,10 +162,9 @@ def times(report: Report) -> list[str]:
 def total(report: Report, known: Known) -> str:
     """The counts as a sentence."""
     number = counts(report, known)
-    on = len({row.case for row in report.rows})
     more = f" (about {report.more_seconds:.2g} s more)" if number["not_checked"] and report.more_seconds else ""
     return (
-        f"{report.integrator}: {number['checked']} claims checked on {on} cases, {number['passed']} passed,"
+        f"{report.integrator}: {number['checked']} claims checked on {report.cases_checked} cases, {number['passed']} passed,"
         f" {number['failed']} failed ({number['known']} known), {number['not_applicable']} not applicable,"
         f" {number['not_checked']} not checked{more}: {WORDS[exit_code(report, known)]}"
     )
@@ -230,7 +238,7 @@ def as_markdown(report: Report, known: Known, how: str) -> str:
         cells = [row.claim, row.case, finding.setting, finding.expected, finding.got, command(report, row, how)]
         lines.append(f"| {' | '.join(map(_cell, cells))} |")
     lines += ["", *map(_cell, cause(report))] if failures else []
-    for more in (gaps(report, known), times(report), report.notes):
+    for more in (gaps(report, known), times(report), notes(report)):
         lines += ["", *(f"- {_cell(line)}" for line in more)] if more else []
     return "\n".join(lines) + "\n"
 

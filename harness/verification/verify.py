@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 import traceback
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
@@ -172,12 +173,10 @@ class Report:
             f" {row.finding.got}, expected {row.finding.expected}"
             for row in self.of(Outcome.FAILED)
         ]
-        cases = len({row.case for row in self.rows})
         counts = ", ".join(f"{len(self.of(each))} {each.value}" for each in Outcome)
         cause = [f"likely cause: {self.diagnosis}"] if self.diagnosis else []
-        return "\n".join(
-            [*failed, *cause, f"{self.integrator}: {self.checked} claims checked on {cases} cases: {counts}"]
-        )
+        checked = f"{self.checked} claims checked on {self.cases_checked} cases"
+        return "\n".join([*failed, *cause, f"{self.integrator}: {checked}: {counts}"])
 
     def of(self, outcome: Outcome) -> list[Row]:
         """The rows with this outcome."""
@@ -187,6 +186,11 @@ class Report:
     def checked(self) -> int:
         """The number of claims that passed or failed."""
         return len(self.of(Outcome.PASSED)) + len(self.of(Outcome.FAILED))
+
+    @property
+    def cases_checked(self) -> int:
+        """The number of cases on which a claim passed or failed."""
+        return len({row.case for row in self.rows if row.finding.outcome in SETTLED})
 
     def gaps(self) -> list[str]:
         """The checks that are missing before the integrator counts as verified, a sentence each. A failure is not a gap.
@@ -320,7 +324,25 @@ def verify(
     report.more_seconds = seconds * len(report.of(Outcome.NOT_CHECKED))
     places = {name: place for place, name in enumerate([*on, *CLAIMS])}
     report.rows.sort(key=lambda row: (places[row.case], places[row.claim]))
+    report.notes = _compare_orders(integrator, report)
     return report
+
+
+def _compare_orders(integrator: Integrator, report: Report) -> tuple[str, ...]:
+    """The sentence that compares the order of the errors at fixed steps with the declared order; none after a failure."""
+    powers = [
+        float(number[0]) - (row.claim == "step_order" and isinstance(integrator, Stepped))
+        for row in report.of(Outcome.PASSED)
+        if row.claim in ("order", "step_order", "order_short", "error")
+        and (number := re.search(r"-?\d+\.\d+", row.finding.got))
+    ]
+    if not powers or report.of(Outcome.FAILED):
+        return ()
+    least, order = min(powers), integrator.order
+    declared = "no order" if order is None else f"order {order}"
+    text = f"errors fall as h^{least:.1f} at the slowest, h the step; {declared} is declared"
+    higher = order is None or least >= order + convergence_claims.MARGIN
+    return (text + f": declare order={round(least)} to verify it" * higher,)
 
 
 def _diagnose(integrator: Integrator, report: Report, on: dict[str, Case], ends: float) -> str | None:
@@ -537,10 +559,11 @@ def _first(trials: Trials) -> Finding:
         except Unusable as error:  # an answer of the user's code, which has no traceback
             text = f"{trials.integrator.id}: {error}"
         except Exception as error:  # the user's code may raise anything: it is shown
-            frames = error.__traceback__
-            while frames is not None and frames.tb_frame.f_globals.get("__name__", "").startswith("gnomon.harness."):
-                frames = frames.tb_next
-            text = "".join(traceback.format_exception(type(error), error, frames or error.__traceback__))
+            shown = traceback.TracebackException.from_exception(error)
+            modules = (frame.f_globals.get("__name__", "") for frame, _ in traceback.walk_tb(error.__traceback__))
+            pairs = zip(shown.stack, modules, strict=True)
+            shown.stack[:] = [line for line, module in pairs if not module.startswith("gnomon.harness.")] or shown.stack
+            text = "".join(shown.format())
         else:
             return Finding(Outcome.PASSED)
     return fail_claim("", "states", text)

@@ -24,6 +24,7 @@ class Equations:
     have equal results, because JAX compiles a function once for equal static arguments.
     """
 
+    symbol = "f"
     numba_types = "OF_STATE", "OF_POSITIONS_AND_VELOCITIES"
     """The names of the types, in `numba_calls`, of functions of one array and of two."""
 
@@ -34,6 +35,7 @@ class Equations:
         self.equations: Callable[..., Any] = form.acceleration if second else form.equations  # type: ignore[union-attr]
         self.width = half if second else problem.dimension
         self.rows = (half, problem.dimension) if velocities and not second else (0, self.width)
+        self.shapes: list[tuple[int, ...]] = [(half,), (half,)] if velocities else [(self.width,)]
         self.parameters, self.buffer = tuple(problem.parameters.tolist()), problem.buffer
         self.calls = np.array([0.0, problem.most_calls])
         """The number of calls in this solution, and the largest number allowed."""
@@ -53,8 +55,10 @@ class Equations:
         return hash((self.key, self.parameters))
 
     def __call__(self, t: Any, *arrays: Any) -> Any:
-        if type(arrays[0]) is np.ndarray and isinstance(t, float):
+        shapes = [each.shape if type(each) is np.ndarray else None for each in arrays]
+        if isinstance(t, float) and shapes == self.shapes:
             return self.evaluate(float(t), *arrays)
+        self.require_shapes(t, arrays)
         jax_calls = find_jax()
         if jax_calls is not None and jax_calls.is_of_jax(t, arrays):
             return jax_calls.call(self, t, arrays)
@@ -65,11 +69,21 @@ class Equations:
         raise NotImplementedError
 
     def state(self, arrays: tuple[Any, ...]) -> Floats:
-        """One or two arrays as one state. Raises TypeError for another number of arrays."""
-        if len(arrays) != 1 + self.velocities:
-            wanted = "t, q and v" if self.velocities else "t and one array"
-            raise TypeError(f"{1 + len(arrays)} arguments are given; give {wanted}")
+        """One or two arrays as one state."""
         return np.array(np.concatenate(arrays) if self.velocities else arrays[0], dtype=np.float64)
+
+    def require_shapes(self, t: Any, arrays: tuple[Any, ...]) -> None:
+        """Raise TypeError for arguments of other shapes, as those in another order; the whole state has the positions first."""
+        wanted, given = [(), *self.shapes], [np.shape(each) for each in (t, *arrays)]
+        if given == wanted or (given == [(), (self.problem.dimension,)] and not self.velocities):
+            return
+        second = isinstance(self.problem.form, SecondOrder)
+        names = "t, q, v" if self.velocities else "t, q" if second else "t, y"
+        texts = (" and ".join(map(str, each)) for each in (wanted, given))
+        raise TypeError(
+            f"{self.symbol}({names}) takes arguments of shape {', but was called with '.join(texts)}: check their order, also"
+            " in the definition of your function, as step(f, t, y, h)"
+        )
 
     @cached_property
     def _numba_type_(self) -> Any:
@@ -146,6 +160,7 @@ class Jacobian(Equations):
     By the state as jac(t, y), or of accelerations as jac(t, q), or jac(t, q, v) by positions and then velocities.
     """
 
+    symbol = "jac"
     numba_types = "MATRIX_OF_STATE", "MATRIX_OF_POSITIONS_AND_VELOCITIES"
 
     def evaluate(self, t: float, *arrays: Any) -> Floats:

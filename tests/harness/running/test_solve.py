@@ -359,7 +359,9 @@ def test_the_epsilon_of_ias15_has_its_name_and_is_not_a_tolerance() -> None:
         ({"fun": lambda t, y: (1.0, 2.0, 3.0)}, r"<lambda> \(.*test_solve.py, line \d+\) gives 3 values; 2 are wanted"),
         ({"fun": lambda t, y: (y[0] / 0, y["a"])}, "line .* raised IndexError"),
         ({"fun": raising}, r"raising \(.*, line \d+\) raised RuntimeError: too late, at t=3"),
-        ({"args": (1.0,)}, "growth .* raised TypeError"),
+        ({"args": (1.0,)}, r"growth .* raised TypeError.*y=\[[^;]*$"),
+        ({"fun": lambda y, t: (y[1], -y[0])}, r"raised TypeError.*; it takes \(y, t\)"),
+        ({"fun": lambda y, t: np.sin(y)}, r"gives 1 values; 2 are wanted; it takes \(y, t\)"),
     ],
 )
 def test_wrong_input_is_named(changed: dict[str, Any], says: str) -> None:

@@ -1,6 +1,7 @@
 """Integrators made of plain functions: counts, samples, settings, and where worker processes find them."""
 
 import math
+import re
 from dataclasses import replace
 from typing import Any
 
@@ -10,9 +11,11 @@ import pytest
 from gnomon.cases.core.registry import get
 from gnomon.harness.contract.integrator import Refused, Steps
 from gnomon.harness.contract.problem import counting, initial_state, problem_of
+from gnomon.harness.contract.validation import Unusable
 from gnomon.harness.integrators.runge_kutta.explicit import RK4
 from gnomon.harness.registry import lookup, references
 from gnomon.harness.verification.function_adapter import from_solve, from_step, right_hand_side
+from gnomon.harness.verification.functions.right_hand_side import RightHandSide
 
 CASE = get("pendulum_simple").rounded()
 
@@ -61,16 +64,42 @@ def test_a_solver_gets_the_times_and_the_tolerance() -> None:
 def test_an_answer_of_another_shape_names_both_shapes() -> None:
     problem = problem_of(CASE, RK4.accepts)
     transposed = from_solve(lambda f, t0, y0, times, tolerance: np.zeros((2, 64)), name="transposed")
-    with pytest.raises(ValueError, match=r"shape \(2, 64\), not \(64, 2\)"):
+    with pytest.raises(Unusable, match=r"shape \(2, 64\): .* shape \(64, 2\)"):
         solved(transposed, problem, 1e-5)
-    with pytest.raises(ValueError, match=r"shape \(1,\), not \(2,\)"):
-        solved(from_step(lambda f, t, y, h: y[:1], name="half"), problem, problem.interval)
+    answers = {"an array of shape (1,)": lambda y: y[:1], "None": lambda y: None, "(1, [2, 3])": lambda y: (1, [2, 3])}
+    for given, answer in answers.items():  # of a step that returns a part, nothing, or rows without a shape
+        mine = from_step(lambda f, t, y, h, answer=answer: answer(y), name="wrong")
+        with pytest.raises(Unusable, match=f"returned {re.escape(given)}: .* shape \\(2,\\)"):
+            solved(mine, problem, problem.interval)
+    listed = from_step(lambda f, t, y, h: [x + h * slope for x, slope in zip(y, f(t, y), strict=True)], name="listed")
+    assert np.all(np.isfinite(solved(listed, problem, problem.interval).states)), (
+        "a list of the right length is a state"
+    )
+
+
+def test_arguments_in_another_order_name_the_right_order() -> None:
+    """Of the step, of a call of f with positions and velocities, and of the function given to `from_step`."""
+    problem = problem_of(CASE, RK4.accepts)
+    swapped = from_step(lambda f, y, t, h: y + h * f(t, y), name="swapped")
+    with pytest.raises(TypeError, match=r"f\(t, y\) takes .* \(\) and \(2,\), .* \(2,\) and \(\)"):
+        solved(swapped, problem, problem.interval)
+    with_velocities = RightHandSide(problem, velocities=True)
+    assert with_velocities(0.0, np.array([0.5]), np.array([1.0])).shape == (1,)
+    for arguments in ([np.array([0.5]), 0.0, np.array([1.0])], [0.0, np.array([0.5])], [0.0, 0.5, 1.0], [0.0]):
+        with pytest.raises(TypeError, match=r"f\(t, q, v\) takes"):
+            with_velocities(*arguments)
+    with pytest.raises(TypeError, match=r"f\(t, y\) takes"):
+        right_hand_side(problem)(0.0, np.zeros(2), 1.0)
+    with pytest.raises(ValueError, match=r"three takes \(f, t, y\); a step takes \(f, t, y, h\)"):
+        from_step(lambda f, t, y: y, name="three")  # type: ignore[misc]
+    assert from_step(lambda f, t, y, h, jac, scale=1.0: y, name="more").name == "more"
 
 
 def test_f_gives_accelerations_or_nan_where_the_equations_have_no_value() -> None:
     problem = problem_of(CASE, planted_methods.good_verlet.accepts)
     f = right_hand_side(problem)
     g, length = problem.parameters
+    assert f(0.0, [0.5]) == f(0.0, np.array([0.5, 7.0])), "the positions are the first half of a whole state"
     assert f(0.0, [0.5]) == pytest.approx([-g / length * math.sin(0.5)], rel=1e-15)
     assert np.isnan(f(0.0, [math.inf])).all(), "math.sin(inf) raises"
 

@@ -4,6 +4,7 @@ import json
 import os
 import shlex
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree
 
 import planted_methods
@@ -12,6 +13,7 @@ import pytest
 from command_line import gnomon
 from gnomon.harness.system.supervisor import ASLEEP
 from gnomon.harness.verification.claims import Finding, Outcome, fail_claim, not_applicable, not_checked, pass_claim
+from gnomon.harness.verification.function_adapter import from_step
 from gnomon.harness.verification.verification_report import (
     as_badge,
     as_json,
@@ -164,6 +166,43 @@ def test_a_failure_that_needs_earlier_calls_is_shown_by_a_command_with_these_cal
     ]
 
 
+def test_only_cases_on_which_a_claim_was_checked_are_counted() -> None:
+    """A hard variant without a claim that applies is no case on which anything was verified."""
+    rows = [*FOLLOWED, Row("hard", "kepler_orbit/plunge", not_applicable("its setting is a step size"))]
+    report = Report("m", "low", [*rows, Row("runs", "two_body", not_checked("no time"))])
+    assert "2 claims checked on 1 cases, 2 passed" in lines(report, {}, "m:r")[-1]
+    assert "2 claims checked on 1 cases: 2 passed" in repr(report)
+
+
+def test_claims_that_were_not_checked_are_named_with_their_cases() -> None:
+    """A claim that passed on one case, and was not checked on another, is not shown as unchecked everywhere."""
+    open_ = [Row(claim, "b", not_checked("a known cause ended the run")) for claim in ("runs", "follows")]
+    rows = [*FOLLOWED, *open_, Row("error", "c", not_checked("no steady order"))]
+    text = lines(Report("m", "low", rows), {}, "m:r")
+    assert "not checked: claims on b (2): a known cause ended the run" in text
+    assert "not checked: error on c (1): no steady order" in text
+
+
+@pytest.mark.parametrize(
+    ("order", "case", "claims", "advice"),
+    [
+        (4, "kepler_orbit", ["order_short", "step_order"], ["order 4 is declared"]),
+        (3, "kepler_orbit", ["step_order"], ["order 3 is declared: declare order=4 to verify it"]),
+        (None, "kepler_orbit", ["error"], ["no order is declared: declare order=4 to verify it"]),
+        (5, "pendulum_simple", ["order", "step_order"], []),
+    ],
+)
+def test_the_order_that_was_seen_stands_beside_the_declared_one(
+    order: int | None, case: str, claims: list[str], advice: list[str]
+) -> None:
+    """RK4 that declares order 3 keeps all its claims. After a failure, here of `step_order`, the failure tells the order."""
+    method = from_step(planted_methods.good_rk4.function, name="RK4", order=order)
+    report = verify(method, [case], "low", claims, workers=1)
+    told = [line for line in lines(report, {}, "m:r") if line.startswith("for information: errors fall as h^")]
+    assert [line.partition("; ")[2] for line in told] == advice
+    assert any(row.finding.outcome == Outcome.PASSED for row in report.rows)
+
+
 def test_a_known_failure_that_passes_is_reported() -> None:
     known = {("repeatable", "pendulum_simple"): "a clock"}
     assert any(line.startswith("passes now: repeatable on pendulum_simple") for line in lines(REPORT, known, "m:r"))
@@ -240,6 +279,21 @@ def test_the_traceback_of_a_first_trial_is_shown_and_nothing_else_runs(capsys: p
     assert 'planted_methods.py", line ' in shown.err
     assert "trials.py" not in shown.err, "the frames of the harness are left out"
     assert shown.out == ""
+
+
+@pytest.mark.parametrize(
+    ("step", "told"),
+    [
+        (lambda f, t, y, h: None, "returned None: a step returns the state at t + h"),
+        (lambda f, y, t, h: y + h * f(t, y), "f(t, y) takes arguments of shape () and (2,)"),
+        (lambda f, t, y, h: y + h * f(t + h), "f(t, y) takes arguments of shape () and (2,)"),
+    ],
+)
+def test_a_mistake_in_a_step_is_told_without_frames_of_the_harness(step: Any, told: str) -> None:
+    with pytest.raises(FirstTrialError) as raised:
+        verify(from_step(step, name="mistaken", order=1), ["pendulum_simple"], "low", ["runs"])
+    assert told in str(raised.value).splitlines()[-1]
+    assert "/harness/verification/" not in str(raised.value).replace(__file__, "")
 
 
 def test_a_hang_and_a_crash_are_failures_of_their_claim(clock: Clock) -> None:
