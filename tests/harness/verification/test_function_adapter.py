@@ -3,6 +3,7 @@
 import math
 import re
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from gnomon.harness.contract.problem import counting, initial_state, problem_of
 from gnomon.harness.contract.validation import Unusable
 from gnomon.harness.integrators.runge_kutta.explicit import RK4
 from gnomon.harness.registry import lookup, references
-from gnomon.harness.verification.function_adapter import from_solve, from_step, right_hand_side
+from gnomon.harness.verification.function_adapter import from_name, from_solve, from_step, right_hand_side
 from gnomon.harness.verification.functions.right_hand_side import RightHandSide
 
 CASE = get("pendulum_simple").rounded()
@@ -115,6 +116,21 @@ def test_other_processes_find_it_by_its_name_in_its_module() -> None:
     found = references.dereference(references.reference(planted_methods.good_pair))
     assert found is planted_methods.good_pair
     assert lookup.from_path("planted_methods:good_verlet") is planted_methods.good_verlet
+
+
+def test_a_named_function_with_other_arguments_is_told_the_right_ones(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The way out is another function, and no other name for it."""
+    monkeypatch.syspath_prepend(tmp_path)
+    step = "def three(f, t, y):\n    return y\n"
+    (tmp_path / "three_arguments.py").write_text(step)
+    (tmp_path / "made_of_three.py").write_text(
+        f"{step}\n\nfrom gnomon.verify import from_step\nmine = from_step(three, name='mine')\n"
+    )
+    for name, find in (("three_arguments:three", from_name), ("made_of_three:mine", lookup.from_path)):
+        with pytest.raises(ValueError, match=r"takes \(f, t, y\); a step takes \(f, t, y, h\), a solver .*\)$"):
+            find(name)
 
 
 def test_a_wrong_declaration_is_refused_when_it_is_made() -> None:
