@@ -1,4 +1,4 @@
-"""`gnomon list`: cases, checks and integrators."""
+"""`gnomon list`: cases, checks, integrators and needs."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from gnomon.harness.contract.integrator import Integrator
 
 WIDTH = 100
-"""Columns of the table of integrators where the output is not a terminal."""
+"""Columns of a table where the output is not a terminal."""
 LONGEST = 40
 """Letters of an id that has one line."""
 PURPOSES = {"symplectic": "symplectic", "volume": "volume", "attitude": "rotations", "constraint": "constraints"}
@@ -31,6 +31,7 @@ class Listed(StrEnum):
     cases = "cases"
     checks = "checks"
     integrators = "integrators"
+    needs = "needs"
 
 
 def list_(
@@ -43,17 +44,17 @@ def list_(
     family: options.Families = None,
     kind: options.Kinds = None,
 ) -> None:
-    """List cases, checks (rows without motion) and integrators."""
+    """List cases, checks (rows without motion), integrators, and the needs and kinds of systems of `gnomon recommend`."""
     # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
     from gnomon.harness.registry import selection
 
     from gnomon import cases
 
     if pattern != "*" and what is None:
-        raise ValueError(f"{pattern!r}: say what to list, cases, checks or integrators, before the pattern")
-    narrowed = {Listed.cases: family or kind, Listed.checks: None, Listed.integrators: library or kind}
-    shown = [what] if what else [each for each in narrowed if narrowed[each]] or list(narrowed)
-    if what and (library or family or kind) and not narrowed[what]:
+        raise ValueError(f"{pattern!r}: say what to list, cases, checks, integrators or needs, before the pattern")
+    narrowed = {Listed.cases: family or kind, Listed.integrators: library or kind}
+    shown = [what] if what else [each for each in narrowed if narrowed[each]] or list(Listed)
+    if what and (library or family or kind) and not narrowed.get(what):
         raise ValueError(f"{what}: --family narrows cases, --library integrators, --kind both; leave out the others")
     case, integrator = "pendulum_simple", "gnomon:DOP853"
     if Listed.cases in shown:
@@ -66,15 +67,24 @@ def list_(
         known = lookup.everything()
         named = [known[name] for name in selection.containing(pattern, known)]
         integrators = selection.integrators_of(named, library, kind)
-        Shown(width=options.columns(WIDTH), emoji=False).print(integrators_table(integrators))
+        _wide().print(integrators_table(integrators))
         integrator = integrators[0].id
-    if shown == [Listed.checks]:
+    if Listed.needs in shown:
+        need = _list_needs(pattern)
+    if shown == [Listed.needs]:
+        following = f"gnomon recommend {need} --error 1e-6 --library scipy"
+    elif shown == [Listed.checks]:
         following = f"gnomon show {check}, gnomon certify {check}"
     elif shown == [Listed.integrators]:
         following = f"gnomon run --case pendulum_simple --integrator {shlex.quote(integrator)}"
     else:
         following = f"gnomon show {case}, gnomon list cases '{case.partition('/')[0]}/*', gnomon run --case {case}"
     out.print(f"Next: {following}", highlight=False, markup=False)
+
+
+def _wide() -> Shown:
+    """A console for tables."""
+    return Shown(width=options.columns(WIDTH), emoji=False)
 
 
 def _list_cases(
@@ -97,15 +107,33 @@ def _list_cases(
     if families or kinds:  # imports the cases, whose forms it reads
         pairs = [(cases.get(*name.split("/")), name) for name in named]
         named = [name for _, name in selection.cases_of(pairs, families, kinds)]
-    columns = Column("name", no_wrap=True), "difficulty" if slash else "title", "" if slash else "variants"
+    columns = Column("name", no_wrap=True), "difficulty" if slash else "title and variants"
     table = Table(*columns, title=title, box=SIMPLE_HEAD, padding=(0, 1))
     for name in named:
         case, _, variant = name.partition("/")
         if slash:
             table.add_row(name, escape(selection.variants_of(case)[variant]))
         else:
-            table.add_row(name, entry(name).title, ", ".join(entry(name).variants))
-    out.print(table)
+            stated = entry(name)
+            variants = f"\nvariants: {', '.join(stated.variants)}" if stated.variants else ""
+            table.add_row(name, escape(stated.title) + variants)
+    _wide().print(table)
+    return named[0]
+
+
+def _list_needs(pattern: str) -> str:
+    """Print the needs and kinds of systems that a part of a name or a pattern selects; returns the first name."""
+    from gnomon.harness.registry import selection
+    from gnomon.harness.results.advice import recommendations
+
+    known = recommendations.subjects()
+    named = selection.containing(pattern, tuple(known))
+    columns = Column("name", no_wrap=True), "systems"
+    table = Table(*columns, title="Needs and kinds of systems", box=SIMPLE_HEAD, padding=(0, 1))
+    for name in named:
+        title, about = known[name]
+        table.add_row(name, escape(f"{title}: {about}"))
+    _wide().print(table)
     return named[0]
 
 

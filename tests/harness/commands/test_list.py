@@ -25,9 +25,32 @@ def test_list_names_every_case_and_integrator_and_what_to_type_next(capfd: pytes
     assert gnomon(*first[1:]) == 0, "what is named can be typed"
 
 
-def test_the_table_of_integrators_fits_its_width(capfd: pytest.CaptureFixture[str]) -> None:
-    assert gnomon("list", "integrators") == 0
-    assert max(map(len, capfd.readouterr().out.splitlines())) <= 100
+@pytest.mark.parametrize("what", ["integrators", "cases", "checks", "needs"])
+def test_a_table_fits_its_width(what: str, capfd: pytest.CaptureFixture[str]) -> None:
+    assert gnomon("list", what) == 0
+    table, _ = capfd.readouterr().out.split("\nNext: ")
+    assert max(map(len, table.splitlines())) <= 100
+
+
+def test_narrow_tables_leave_no_letter_out(capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    from gnomon.cases.core.registry import entry, names
+
+    monkeypatch.setenv("COLUMNS", "80")
+    assert gnomon("list", "cases") == 0
+    text = capfd.readouterr().out
+    words = set(re.split(r"[\s,]+", text))
+    for each in map(entry, names()):
+        assert {each.name, *each.title.replace(",", " ").split(), *each.variants} <= words
+
+
+def test_the_needs_are_the_subjects_of_recommend(capfd: pytest.CaptureFixture[str]) -> None:
+    from gnomon.harness.results.advice import recommendations
+
+    assert gnomon("list", "needs") == 0
+    text = capfd.readouterr().out
+    assert set(recommendations.subjects()) <= {line.split()[0] for line in text.splitlines() if line.strip()}
+    (following,) = re.findall(r"^Next: gnomon (.*)", text, re.M)
+    assert gnomon(*following.split()) == 0
 
 
 @pytest.mark.parametrize(
