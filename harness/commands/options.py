@@ -65,7 +65,9 @@ Every = Annotated[
 ]
 Parameters = Annotated[
     list[str] | None,
-    typer.Option("--set", help="A parameter of the case, or the start of a coordinate, name=value; repeatable."),
+    typer.Option(
+        "--set", help="A parameter of the case, or the start of a coordinate, as L=2 or L=2,theta=1; repeatable."
+    ),
 ]
 
 CASE = "A case, case/variant, 'pattern*' or package.module:Case"
@@ -253,10 +255,10 @@ def ensure_results(path: Path) -> None:
 def read_parameters(parameters: list[str] | None) -> dict[str, str]:
     """The parameters and starts of `--set name=value`, as text."""
     values: dict[str, str] = {}
-    for text in parameters or ():
+    for text in (part for each in parameters or () for part in each.split(",")):
         name, equals, value = (part.strip() for part in text.partition("="))
         if not (name and equals and value):
-            raise ValueError(f"--set {text!r}: write name=value")
+            raise ValueError(f"--set {text!r}: write name=value, as L=2 or L=2,theta=1")
         if name in values:
             raise ValueError(f"--set {name}: given twice, {values[name]} and {value}; give it once")
         values[name] = value

@@ -65,9 +65,10 @@ def exact(value: Number, name: str = "number") -> Fraction:
             raise
         if isinstance(value, float | Decimal):
             raise ValueError(f"{name} = {value} is not finite; give a finite number") from None
-    raise ValueError(
-        f"{name} = {shortened(value)} is not a number; give an int, a float, a Fraction, an mpf or a decimal string"
+    kinds = (
+        "as 2.5, 1e-3 or 5/2" if isinstance(value, str) else "an int, a float, a Fraction, an mpf or a decimal string"
     )
+    raise ValueError(f"{name} = {shortened(value)} is not a number; give {'one, ' * isinstance(value, str)}{kinds}")
 
 
 class NotFiniteError(Exception):
