@@ -49,7 +49,9 @@ def check(
         list[float] | None, typer.Option(help="The step size of each file (s); repeatable: gives the order.")
     ] = None,
     sort: Annotated[bool, typer.Option("--sort", help="Sort rows whose times do not rise.")] = False,
-    sparse: Annotated[bool, typer.Option("--sparse", help="Accept gaps longer than the fastest period.")] = False,
+    sparse: Annotated[
+        bool, typer.Option("--sparse", help="Accept gaps longer than 2 pi times the time scale.")
+    ] = False,
     partial: Annotated[
         bool, typer.Option("--partial", help="Compare the coordinates that have a column, without the others.")
     ] = False,
@@ -184,8 +186,8 @@ def _end(results: Sequence[TrajectoryCheck]) -> None:
     codes = [result.verdict.code for result in results]
     if os.environ.get("GITHUB_ACTIONS") == "true":
         for result in results:
-            if result.verdict.code:
+            if result.verdict.code or (result.comparison is not None and result.comparison.part):
                 text = visible(f"{result.trajectory.source}: {result.verdict.text}").replace("%", "%25")
-                print(f"::error title=gnomon check::{text}")
+                print(f"::{'error' if result.verdict.code else 'warning'} title=gnomon check::{text}")
     if any(codes):
         raise typer.Exit(1 if 1 in codes else 2)

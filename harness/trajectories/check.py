@@ -131,7 +131,9 @@ class TrajectoryCheck:
             return Verdict(FAILED, "failed: " + "; ".join(failures))
         if self.comparison.doubts:
             return Verdict(NOT_VERIFIED, f"not checked: {'; '.join(self.comparison.doubts)}")
-        return Verdict(PASSED, f"passed: error {self.error:.3g}, allowed {bound_text(bound)}")
+        part = self.comparison.part
+        more = "; --from and --to state the part that must be there" if part else ""
+        return Verdict(PASSED, f"passed{part}: error {self.error:.3g}, allowed {bound_text(bound)}{more}")
 
     @property
     def verdict(self) -> Verdict:
@@ -140,7 +142,8 @@ class TrajectoryCheck:
             return self.within(self.bound)
         if self.comparison is None:
             return Verdict(NOT_VERIFIED, f"not checked: {self.reason}")
-        text = f"error reached: {self.error:.3g} of the size of the motion; no bound was given, as --within 1e-6"
+        reached = f"error reached{self.comparison.part}: {self.error:.3g} of the size of the motion"
+        text = f"{reached}; no bound was given, as --within 1e-6"
         return Verdict(NOT_VERIFIED, "; ".join([text, *(f"not checked: {doubt}" for doubt in self.comparison.doubts)]))
 
     def plot(self) -> Any:
@@ -239,8 +242,8 @@ def check(
     span : tuple of float or None
         The times in s from which and to which the motion must be there, and is compared; None for the first and the last.
     accept : sequence of {"unsorted", "sparse", "partial"}
-        What is accepted: rows whose times do not rise, which are sorted; gaps longer than the fastest period; coordinates
-        without a column, which are not compared.
+        What is accepted: rows whose times do not rise, which are sorted; gaps longer than 2 pi times the time scale;
+        coordinates without a column, which are not compared.
 
     Returns
     -------

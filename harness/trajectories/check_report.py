@@ -14,7 +14,8 @@ import numpy as np
 from gnomon.cases import Case
 from gnomon.harness.results.visible import markdown, visible
 from gnomon.harness.trajectories.columns import Trajectory
-from gnomon.harness.trajectories.comparison import LINEAR, Comparison
+from gnomon.harness.trajectories.comparison import LINEAR, Comparison, count_periods, find_period
+from gnomon.harness.verification.causes import FEWEST, LEAST
 from gnomon.harness.verification.verification_report import FAILED, NOT_VERIFIED, PASSED
 
 SCHEMA = 1
@@ -113,20 +114,38 @@ def lines(result: Result) -> list[str]:
     report += [f"  {line}" for line in (*trajectory.mapping, *trajectory.notes)]
     if result.comparison is not None:
         report += _describe_compared(result.comparison)
-    report += [f"likely cause: {line}" for line in result.causes]
+    report += [f"likely cause: {line}" for line in result.causes] or _deny_causes(result)
     return [visible(line) for line in [*report, result.verdict.text]]
+
+
+def _deny_causes(result: Result) -> list[str]:
+    """A line if an error beyond the bound has no known cause, nor is it a limit of the file."""
+    whole = result.comparison
+    if whole is None or not whole.is_whole or len(whole.times) < FEWEST or not whole.error > LEAST or whole.limits:
+        return []
+    if result.bound is not None and result.verdict.code != FAILED:
+        return []
+    return [
+        "no common mistake in units, columns, parameters or start explains the error; the step may be too long:"
+        " files at two steps, with --step, give the order"
+    ]
 
 
 def _describe_compared(comparison: Comparison) -> list[str]:
     times, units = comparison.times, {c.name: f" {c.unit}" * (c.unit != "1") for c in comparison.case.state}
-    lines = [f"{len(times)} rows from t = {times[0]:.9g} s to {times[-1]:.9g} s", *_start(comparison)]
-    lines.append("largest error by time, of the size of the motion:")
+    covered = f"{times[0]:.9g} s to {times[-1]:.9g} s{count_periods(comparison.case, times[-1] - times[0])}"
+    lines = [f"{len(times)} rows from t = {covered}", *_start(comparison)]
+    lines.append(f"largest error by time, relative to the size of the motion ({_sizes(comparison)}):")
     lines += [f"  up to t = {end:<10.6g} s {error:.2e}" for end, error in comparison.by_time()]
     worst, place = comparison.case.state[comparison.worst_coordinate].name, comparison.worst
     row = comparison.trajectory.row(int(comparison.rows[place]))
     lines.append(f"largest error: {comparison.error:.3g} at t = {times[place]:.9g} s ({row}), most of it in {worst}")
     for name, (error, place) in comparison.largest.items():
-        lines.append(f"  {name}: {error:+.3g}{units[name]} at t = {times[place]:.9g} s")
+        turned = ""
+        if name in comparison.with_turns:
+            whole, there = comparison.with_turns[name]
+            turned = f", modulo 2 pi; {whole:+.3g} rad at t = {times[there]:.9g} s with whole turns"
+        lines.append(f"  {name}: {error:+.3g}{units[name]} at t = {times[place]:.9g} s{turned}")
     if comparison.phase_and_shape is not None:
         phase, shape = comparison.phase_and_shape
         late = ""
@@ -141,8 +160,18 @@ def _describe_compared(comparison: Comparison) -> list[str]:
             f" {each.found - each.exact:+.2g} s"
         )
     for name, (drift, t, end) in comparison.drifts.items():
-        lines.append(f"drift of {name}: {drift:.2g} of its size at t = {t:.9g} s, {end:.2g} at the end")
+        lines.append(f"relative drift of {name}: {drift:.2g} at t = {t:.9g} s, {end:.2g} at the end")
     return [*lines, *_events(comparison), *(f"the result is limited by {limit}" for limit in comparison.limits)]
+
+
+def _sizes(comparison: Comparison) -> str:
+    """The largest size of each group of coordinates on the exact motion, by which its errors are divided."""
+    state, sizes = comparison.case.state, []
+    for group in (each for each in comparison.metric.groups if each.scored):
+        names = [state[index].name for index in group.indices]
+        unit = state[group.indices[0]].unit
+        sizes.append(f"{', '.join(names[:3])}{' ...' * (len(names) > 3)} {group.scale:.3g}{f' {unit}' * (unit != '1')}")
+    return "; ".join(sizes)
 
 
 def _start(comparison: Comparison) -> list[str]:
@@ -197,10 +226,14 @@ def as_dictionary(result: Result) -> dict[str, Any]:
     if comparison is None:
         return whole | {"reason": result.reason}
     worst, events, times = comparison.worst, comparison.events, comparison.times
+    _, period = find_period(comparison.case) or ("", None)
+    turned = comparison.with_turns.items()
     return whole | {
         "rows": len(times),
         "from": float(times[0]),
         "to": float(times[-1]),
+        "is_part": bool(comparison.part),
+        "periods": None if period is None else float(times[-1] - times[0]) / period,
         "error": _number(comparison.error),
         "error_time": float(times[worst]),
         "error_row": int(comparison.trajectory.lines[comparison.rows[worst]]),
@@ -209,6 +242,7 @@ def as_dictionary(result: Result) -> dict[str, Any]:
         "largest": {
             name: {"error": _number(e), "time": float(times[k])} for name, (e, k) in comparison.largest.items()
         },
+        "with_turns": {name: {"error": e, "time": float(times[k])} for name, (e, k) in turned},
         "phase": None if comparison.phase_and_shape is None else _number(comparison.phase_and_shape[0]),
         "shape": None if comparison.phase_and_shape is None else _number(comparison.phase_and_shape[1]),
         "late_seconds": None if comparison.latest is None else comparison.latest[1],

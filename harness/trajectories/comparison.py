@@ -52,6 +52,7 @@ class Comparison:
     """A trajectory beside the exact motion.
 
     `times` (n,), `states` and `exact` (n, dim): the rows that are compared; `errors` (n,): their distance in the metric.
+    `part`: the times that are compared, as text, if they leave out some of the span of the case, unasked.
     `doubts`: reasons why small errors do not prove that the motion is right.
     """
 
@@ -60,6 +61,7 @@ class Comparison:
     rows: Places
     exact: Floats
     scorer: Scorer
+    part: str = ""
     doubts: list[str] = field(default_factory=list)
 
     @property
@@ -125,6 +127,17 @@ class Comparison:
         return largest
 
     @cached_property
+    def with_turns(self) -> dict[str, tuple[float, int]]:
+        """By angle, the largest difference with its whole turns, and its first place, where this exceeds half a turn."""
+        largest = {}
+        for index in (i for group in self.metric.groups if group.wrapped for i in group.indices):
+            apart = self.states[:, index] - self.exact[:, index]
+            place = int(np.argmax(np.isclose(np.abs(apart), np.max(np.abs(apart)))))
+            if abs(apart[place]) > math.pi:
+                largest[self.case.state[index].name] = float(apart[place]), place
+        return largest
+
+    @cached_property
     def worst_coordinate(self) -> int:
         """The coordinate with the largest share in the worst error."""
         shares = np.zeros(len(self.case.state))
@@ -175,17 +188,11 @@ class Comparison:
     @cached_property
     def period(self) -> Period | None:
         """The period by a fit; None without an exact period, or with less than two of them."""
-        names = [name for name in self.case.quantities() if name == "period" or name.endswith(("_period", "turn_time"))]
-        names = sorted(
-            (n for n in names if "small" not in n and "per_period" not in n), key=lambda name: name != "period"
-        )
-        if not names or self.lateness is None:
-            return None
-        exact = float(self.case.quantities(17)[names[0]])
-        if not 0 < exact < math.inf or self.times[-1] - self.times[0] < 2 * exact:
+        name, exact = find_period(self.case) or ("", math.inf)
+        if self.lateness is None or self.times[-1] - self.times[0] < 2 * exact:
             return None
         fit = self._by_lateness(exact) if self.error <= LINEAR else self._by_crossings(exact)
-        return None if fit is None else Period(*fit, exact, names[0])
+        return None if fit is None else Period(*fit, exact, name)
 
     def _by_lateness(self, exact: float) -> tuple[float, float]:
         """The slope of the lateness over time, and its margin from the slopes of four parts of the time."""
@@ -290,6 +297,26 @@ class Comparison:
         return largest
 
 
+def find_period(case: Case) -> tuple[str, float] | None:
+    """The name and the value (s) of the exact period of a motion; None for a motion without one."""
+    values = case.quantities(17)
+    names = [name for name in values if name in ("period", "turn_time") or name.endswith("_period")]
+    kept = [name for name in names if "small" not in name and "per_period" not in name]
+    name = min(kept, key=lambda each: each != "period", default="")
+    return (name, float(values[name])) if name and 0 < values[name] < math.inf else None
+
+
+def count_periods(case: Case, seconds: float) -> str:
+    """A time in exact periods, as ", 2.65 periods of 3.77011 s"; empty for a motion without a period."""
+    name, exact = find_period(case) or ("", math.inf)
+    return f", {seconds / exact:.3g} {name.replace('_', ' ')}s of {exact:.6g} s" if name else ""
+
+
+def longest_gap(case: Case) -> float:
+    """The longest time (s) between rows in which the motion cannot turn unseen: 2 pi times its time scale."""
+    return 2 * math.pi * float(case.time_scale)
+
+
 def compare(
     case: Case,
     trajectory: Trajectory,
@@ -320,22 +347,22 @@ def compare(
         notes.append(f"compared: {MOST_COMPARED} of {len(rows)} rows, evenly chosen")
         rows = rows[pick_evenly(len(rows), MOST_COMPARED)]
     times = trajectory.times[rows]
+    part = _name_part(times, float(case.span), first, last)
     case = _fit_span(case, float(times[-1]))
     exact = case.sample(times)
     scorer = Scorer(case, None, _reference(case, times, exact))
     trajectory.notes += notes
-    comparison = Comparison(case, trajectory, rows, exact, scorer)
+    comparison = Comparison(case, trajectory, rows, exact, scorer, part)
     if last is None and times[-1] < LEAST_TIME * case.time_scale:
         comparison.doubts.append(
             f"only the start: the rows end at t = {times[-1]:.4g} s, and the motion changes within {case.time_scale:.4g} s;"
             " give a longer file, or say with --to how far it has to reach"
         )
-    period = 2 * math.pi * case.time_scale
-    if gap > period and not is_sparse:
+    most = longest_gap(case)
+    if gap > most and not is_sparse:
         comparison.doubts.append(
-            f"a gap of {gap:.6g} s before t = {after:.9g} s is longer than the fastest"
-            f" period ({period:.6g} s): whether the phase is right between cannot be told; write rows more often, or accept"
-            " it with --sparse"
+            f"a gap of {gap:.6g} s before t = {after:.9g} s is longer than {most:.6g} s (2 pi times the time scale):"
+            " whether the phase is right between cannot be told; write rows more often, or accept it with --sparse"
         )
     return comparison
 
@@ -399,6 +426,14 @@ def _choose_rows(trajectory: Trajectory, first: float | None, last: float | None
     if times[rows[-1]] <= 0:
         raise NotCheckedError("only rows at the start, t = 0; give the rows of a motion")
     return rows
+
+
+def _name_part(times: Floats, span: float, first: float | None, last: float | None) -> str:
+    """The times of rows that begin or end well over a step inside the span, where `first` or `last` does not allow it."""
+    is_late = first is None and times[0] > 1.5 * (times[1] - times[0])
+    is_early = last is None and times[-1] + 1.5 * (times[-1] - times[-2]) < span
+    text = f", but only from t = {times[0]:.6g} s to {times[-1]:.6g} s of the span of {span:.6g} s"
+    return text if is_late or is_early else ""
 
 
 def _fit_span(case: Case, last: float) -> Case:

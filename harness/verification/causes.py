@@ -609,7 +609,20 @@ class _Tried:
                         where = f"{name} {'+' if sign > 0 else '-'} {mass} {arm}^2"
                         if shifted > 0:
                             yield "inertia", f"{name} is about another point: it is {where}", {name: shifted}, None
+        yield from self._starts()
+
+    def _starts(self) -> Iterator[tuple[str, str, None, Floats]]:
+        """The start that the first row has; without a row at the start, starts with a factor."""
         start = np.array([float(x) for x in self.case.initial_state])
+        if self.times[0] == 0:
+            if np.max(np.abs(self.states[0] - start) / self.sizes) > LEAST:
+                other = ", ".join(
+                    f"{name} = {x:.6g} for {y:.6g}{_factor_text(x, y)}"
+                    for name, x, y in zip(self.names, self.states[0].tolist(), start.tolist(), strict=True)
+                    if x != y
+                )
+                yield "start", f"another start: {other}", None, self.states[0]
+            return
         kinds = [coordinate.kind for coordinate in self.case.state]
         for kind in dict.fromkeys(kinds):
             members = np.array([each == kind for each in kinds])
@@ -621,13 +634,6 @@ class _Tried:
                         None,
                         np.where(members, start * factor, start),
                     )
-        if self.times[0] == 0 and np.max(np.abs(self.states[0] - start) / self.sizes) > LEAST:
-            other = ", ".join(
-                f"{name} = {x:.6g} for {y:.6g}"
-                for name, x, y in zip(self.names, self.states[0].tolist(), start.tolist(), strict=True)
-                if x != y
-            )
-            yield "start", f"another start: {other}", None, self.states[0]
 
     def dampings(self) -> Iterator[Explained]:
         """A damping of all velocities, fitted."""
@@ -662,6 +668,12 @@ UP = " (its y axis is up)"
 
 def _plural(kind: str) -> str:
     return {"velocity": "velocities", "angular velocity": "angular velocities"}.get(kind, f"{kind}s")
+
+
+def _factor_text(value: float, instead: float) -> str:
+    """The factor between two numbers that people leave out, in brackets; empty for another one."""
+    near = (FACTORS[each] for each in OF_PARAMETERS if instead and math.isclose(value, each * instead, rel_tol=1e-6))
+    return next((f" ({word})" for word in near), "")
 
 
 def _others(value: float, unit: str) -> dict[str, float]:

@@ -76,6 +76,14 @@ PLANTED: dict[str, tuple[gnomon.ExactCase, Callable[[], tuple[Floats, Floats]], 
 }  # fmt: skip
 
 
+def test_the_start_of_a_file_is_the_one_of_its_first_row() -> None:
+    """Half of the angle is another start, not a mistake of its own; the row says which."""
+    (cause,) = gnomon.check(SWING, TIMES, swing(theta=1), within=1e-4).causes
+    assert cause.startswith("another start: theta = 1 for 2 (a factor 1/2)")
+    (cause,) = gnomon.check(SWING, TIMES, swing(theta=1.1), within=1e-4).causes
+    assert cause.startswith("another start: theta = 1.1 for 2;")
+
+
 @pytest.mark.parametrize("kind", PLANTED)
 def test_a_planted_cause_is_named_in_a_file(kind: str, tmp_path: Path) -> None:
     case, plant, told = PLANTED[kind]

@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 import tomllib
 from collections.abc import Callable
 from dataclasses import replace
@@ -242,6 +243,64 @@ def test_less_than_the_wanted_span_is_not_checked() -> None:
     assert gnomon.check(SWING, times, states, within=1e-9, span=(0.9, None)).verdict.code == 2
 
 
+@pytest.mark.parametrize(
+    ("rows", "span", "told"),
+    [
+        (slice(0, 20), (None, None), "from t = 0 s to 3.8 s of the span of 20 s"),
+        (slice(30, None), (None, None), "from t = 6 s to 20 s of the span of 20 s"),
+        (slice(30, None), (None, 20), "from t = 6 s to 20 s of the span of 20 s"),
+        (slice(0, 20), (None, 3.8), None),
+        (slice(30, 60), (6, 11.8), None),
+        (slice(None), (None, None), None),
+        (slice(1, -1), (None, None), None),
+    ],
+)
+def test_a_pass_says_which_part_of_the_span_the_rows_leave_out_unasked(
+    rows: slice, span: tuple[float | None, float | None], told: str | None
+) -> None:
+    """A solver that stopped early is within the bound where it came; a program may leave out the first row or the last."""
+    swing = gnomon.case("pendulum_simple", span=20)
+    times = np.linspace(0, 20, 101)[rows]
+    found = gnomon.check(swing, times, swing.sample(times), within=1e-9, span=span)
+    assert found.verdict
+    assert (told in found.verdict.text) if told else ("only" not in found.verdict.text)
+    assert check_report.as_dictionary(found)["is_part"] == bool(told)
+    turns = (times[-1] - times[0]) / float(SWING.quantities(17)["period"])
+    assert f", {turns:.3g} periods of " in str(found)
+
+
+@pytest.mark.parametrize("name", ["vertical_quadratic_drag", "block_incline_friction"])
+def test_the_time_of_a_return_is_not_a_period(name: str) -> None:
+    case = gnomon.case(name)
+    assert "return_time" in case.quantities(17)
+    assert "period" not in str(gnomon.check(case, case.times, case.sample(case.times)))
+
+
+def test_whole_turns_of_an_angle_do_not_count_and_are_told() -> None:
+    times = np.linspace(0, 20, 201)
+    states = SWING.sample(times)
+    assert "modulo" not in str(gnomon.check(SWING, times, states + 1e-3, within=1))
+    states[times >= 5, 0] += 4 * math.pi
+    found = gnomon.check(SWING, times, states, within=1e-9)
+    assert found.verdict
+    assert "modulo 2 pi; +12.6 rad at t = 5 s with whole turns" in str(found)
+    states[:, 0] += 3.2 - 4 * math.pi * (times >= 5)  # less than a whole turn, but the shorter way round is the other
+    found = gnomon.check(SWING, times, states)
+    assert found.comparison is not None
+    assert found.comparison.largest["theta"][0] == pytest.approx(3.2 - 2 * math.pi)
+    assert found.comparison.with_turns["theta"][0] == pytest.approx(3.2)
+
+
+def test_an_error_without_a_known_cause_is_told_as_such() -> None:
+    """Of the method, not of a file that is right, lacks digits, or has a cause."""
+    told = "no common mistake"
+    times, states = integrated(euler, pendulum, [2, 0], 0.01, 400, 1)
+    assert told in str(gnomon.check(SWING, times, states, within=1e-6))
+    assert told not in str(gnomon.check(SWING, times, states, within=10))
+    assert told not in str(gnomon.check(SWING, times, np.degrees(SWING.sample(times)), within=1e-6))
+    assert told not in str(gnomon.check(SWING, times, SWING.sample(times)))
+
+
 def test_rows_outside_the_wanted_span_do_not_count() -> None:
     times = np.linspace(0, 5, 101)
     states = SWING.sample(times)
@@ -388,15 +447,35 @@ def test_a_step_whose_error_its_digits_limit_is_left_out_of_the_order() -> None:
 
 def test_the_template_is_enough_to_make_a_file_that_passes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """A program that reads nothing else: parameters, start, times and columns are in it."""
-    assert command("check", "--template", "pendulum_simple", "--set", "L=2") == 0
+    assert command("check", "--template", "pendulum_simple", "--set", "L=2,theta=1") == 0
     text = capsys.readouterr().out
     found = tomllib.loads(text)
     g, length = found["parameters"]["g"], found["parameters"]["L"]
     times = np.array([0.0, *found["times"]["rows"]])
     states = accurate(lambda t, y: np.array([y[1], -g / length * np.sin(y[0])]), [*found["start"].values()], times)
     as_csv(tmp_path / "a.csv", dict(zip(found["columns"], (times, *states.T), strict=True)))
-    assert command("check", str(tmp_path / "a.csv"), "--case", found["case"], "--set", "L=2", "--within", "1e-8") == 0
+    assert (
+        command("check", str(tmp_path / "a.csv"), "--case", found["case"], "--set", "L=2,theta=1", "--within", "1e-8")
+        == 0
+    )
     assert command("check", str(tmp_path / "a.csv"), "--case", found["case"], "--within", "1e-8") == 1
+
+
+@pytest.mark.parametrize("name", ["pendulum_simple", "pendulum_simple/long_1e3", "euler_top", "damped_oscillator"])
+def test_rows_are_as_far_apart_as_the_template_says(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """Its own rows are accepted by its own command; of others, a gap just above its number is not, one just below is."""
+    assert command("check", "--template", name) == 0
+    text = capsys.readouterr().out
+    (gap,) = map(float, re.findall(r"rows more than (\S+) s apart need --sparse", text))
+    case, rows = gnomon.case(*name.split("/")), np.array(tomllib.loads(text)["times"]["rows"])
+    accepted = ["sparse"] * (" --sparse\n" in text)
+    assert gnomon.check(case, rows, case.sample(rows), accept=accepted).within(1e-9)
+    for factor, code in ((0.99, 0), (1.01, 2)):
+        times = factor * gap * np.arange(4)
+        assert gnomon.check(case, times, case.sample(times), within=1e-9).verdict.code == code
+    for periods, period in re.findall(r"# s, (\S+) \S*periods of (\S+) s", text):
+        assert float(period) == pytest.approx(float(case.quantities(17)["period"]), rel=1e-5)
+        assert float(periods) * float(period) == pytest.approx(case.times[-1], rel=0.01)
 
 
 WRONG = [
@@ -408,6 +487,8 @@ WRONG = [
     ["a.csv", "b.csv", "--case", "pendulum_simple"],
     ["a.csv", "--case", "pendulum_simple", "--step", "0.1", "--step", "0.2"],
     ["a.csv", "--case", "pendulum_simple", "--step", "0"],
+    ["a.csv", "--case", "pendulum_simple", "--set", "L=2,5"],
+    ["a.csv", "--case", "pendulum_simple", "--set", "L=2m"],
     ["a.csv", "--case", "pendulum_simple", "--within", "small"],
     ["a.csv", "--case", "pendulum_simple", "--within", "-1"],
     ["a.csv", "--case", "pendulum_simple", "--within", "thet=1"],
@@ -453,5 +534,10 @@ def test_under_github_actions_a_failure_is_an_annotation(
     swing_file: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setenv("GITHUB_ACTIONS", "true")
-    command("check", str(swing_file), "--case", "pendulum_simple", "--columns", "theta=theta:deg", "--within", "1e-12")
+    words = "check", str(swing_file), "--case", "pendulum_simple", "--columns", "theta=theta:deg", "--within"
+    command(*words, "1e-12")
     assert "::error title=gnomon check::" in capsys.readouterr().out
+    command(*words, "1e-5")
+    assert "::warning title=gnomon check::" in capsys.readouterr().out, "the file ends early"
+    command(*words, "1e-5", "--to", "8")
+    assert "::" not in capsys.readouterr().out
