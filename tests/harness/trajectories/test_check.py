@@ -273,7 +273,7 @@ def test_a_pass_says_which_part_of_the_span_the_rows_leave_out_unasked(
 def test_the_time_of_a_return_is_not_a_period(name: str) -> None:
     case = gnomon.case(name)
     assert "return_time" in case.quantities(17)
-    assert "period" not in str(gnomon.check(case, case.times, case.sample(case.times)))
+    assert "return" not in str(gnomon.check(case, case.times, case.sample(case.times)))
 
 
 def test_whole_turns_of_an_angle_do_not_count_and_are_told() -> None:
