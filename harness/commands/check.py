@@ -49,9 +49,7 @@ def check(
         list[float] | None, typer.Option(help="The step size of each file (s); repeatable: gives the order.")
     ] = None,
     sort: Annotated[bool, typer.Option("--sort", help="Sort rows whose times do not rise.")] = False,
-    sparse: Annotated[
-        bool, typer.Option("--sparse", help="Accept gaps longer than 2 pi times the time scale.")
-    ] = False,
+    sparse: Annotated[bool, typer.Option("--sparse", help="Accept gaps longer than 2 pi time scales.")] = False,
     partial: Annotated[
         bool, typer.Option("--partial", help="Compare the coordinates that have a column, without the others.")
     ] = False,

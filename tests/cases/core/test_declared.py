@@ -143,7 +143,7 @@ def test_a_span_counts_turns_time_scales_or_a_time_of_the_motion() -> None:
 @pytest.mark.parametrize(
     ("wrong", "told"),
     [
-        (Span("ten", "turn"), "spring: the periods of its span = 'ten' is not a number; give an int"),
+        (Span("ten", "turn"), "spring: the periods of its span = 'ten' is not a number; give one, as 2.5"),
         (Span(10, "day"), "spring: Span has the unit 'day'; give 'time scale' or 'turn'"),
         (Span(10, lambda motion: None, otherwise="nine"), "spring: `otherwise` of its span = 'nine' is not a number"),
     ],
