@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from gnomon.harness.commands import cli
 from gnomon.harness.contract.integrator import Floats
+from gnomon.harness.reporting.report import write_report
 from gnomon.harness.results import reading
 from published_systems import SYSTEMS
 
@@ -188,8 +189,18 @@ def test_from_a_file_with_a_function_to_a_recommendation_in_one_command(tmp_path
     again = subprocess.run([sys.executable, "-c", lines], cwd=tmp_path, text=True, capture_output=True, check=False)
     assert again.returncode == 0, again.stderr
     rows = reading.rows(tmp_path / "runs" / "mine.sqlite")
-    assert {row["case"] for row in rows} == {"swing"}
+    assert {row["case"] for row in rows} == {"swing 0,3 from 1.2,0 with 9.81"}, (
+        "with another start it is another problem"
+    )
     assert {row["status"] for row in rows} == {"ok"}
+    page = write_report(tmp_path / "runs" / "mine.sqlite", tmp_path / "page")
+    summary = page.with_name("summary.md").read_text(encoding="utf-8")
+    (line,) = [line for line in summary.splitlines() if line.startswith("| swing")]
+    assert "scipy:RK45" in line, "a result"
+    shown = page.read_text(encoding="utf-8").partition("<script")[0]
+    assert "1 problem of own equations" in shown
+    for false in ("not recorded", "not run", "with exact solutions", "Beatty", 'id="needs"'):
+        assert false not in shown, "of the catalogue"
 
 
 @pytest.mark.parametrize(

@@ -38,12 +38,12 @@ def read_problem(
     integrators: Sequence[Integrator],
     out_path: Path,
 ) -> tuple[list[tuple[Case, str]], Suite, list[Integrator]]:
-    """The equations at a place as a case with its label, as `read_system` reads them; the suite and the integrators for them."""
-    system, label = read_system(place, texts, events, accelerations, out_path)
+    """The equations at a place as a case, as `read_system` reads them; the suite and the integrators for them."""
+    system = read_system(place, texts, events, accelerations, out_path)
     # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
     from gnomon.cases.core.scene import SceneForm
 
-    return [(system, label)], once(suite), [method for method in integrators if method.accepts != (SceneForm,)]
+    return [(system, "")], once(suite), [method for method in integrators if method.accepts != (SceneForm,)]
 
 
 def once(suite: Suite) -> Suite:
@@ -57,8 +57,8 @@ def read_system(
     events: Sequence[str] | None,
     accelerations: bool,
     out_path: Path,
-) -> tuple[OwnSystem, str]:
-    """The equations at a place with their reference, and their label in results.
+) -> OwnSystem:
+    """The equations at a place with their reference, named with their numbers: a results file may have other ones too.
 
     `texts`: the values of --span, --start and --parameters. Raises ValueError that names the option.
     """
@@ -79,7 +79,8 @@ def read_system(
 
     system = make_system(Stated(fun, Arguments(tuple(further)), located, accelerations), times, begin, tell=_tell)
     type(system).place = Path(module).stem if module.endswith(".py") else module, place.rpartition(":")[2]
-    return system, f" {span} from {start}{f' with {numbers}' if numbers else ''}"
+    type(system).name = f"{system.name} {span} from {start}{f' with {numbers}' if numbers else ''}"
+    return system
 
 
 @contextmanager
@@ -95,12 +96,11 @@ def best_after(path: Path, chosen: Sequence[tuple[Case, str]], error: float | No
 def _tell_best(path: Path, chosen: Sequence[tuple[Case, str]], error: float) -> None:
     """Print the best method for an error, or for the nearest error that was reached, on the only problem."""
     # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
-    from gnomon.harness.registry.selection import DEFAULT
     from gnomon.harness.results import reading
     from gnomon.harness.results.best import best
 
-    ((system, label),) = chosen
-    rows = [row for row in reading.rows(path) if row["variant"] == DEFAULT + label]
+    ((system, _),) = chosen
+    rows = [row for row in reading.rows(path) if row["case"] == system.name]
     for wanted in (error, *(each for each in reversed(NEAREST) if each > error)):
         try:
             answer = best(rows, wanted, system.lines)  # type: ignore[attr-defined]

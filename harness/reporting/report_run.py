@@ -14,6 +14,7 @@ from gnomon.cases.core.case import Case
 from gnomon.cases.core.registry import case_class, installed_names
 from gnomon.harness.contract.declared import read_declared
 from gnomon.harness.contract.status import Status
+from gnomon.harness.own_systems.own_system import OwnSystem
 from gnomon.harness.registry import kinds
 from gnomon.harness.reporting import style, tables
 from gnomon.harness.results import analysis, families, rankings, store, summary
@@ -112,12 +113,12 @@ class Run:
     @cached_property
     def kinds(self) -> dict[str, list[str]]:
         """The cases of each kind of system."""
-        return kinds.kinds(self.forms, self.names)
+        return kinds.kinds(self.forms, [name for name in self.names if name not in self.own])
 
     @cached_property
     def kind_of(self) -> dict[str, str]:
-        """The kind of each case that is of one."""
-        return needs.kind_of(self.forms)
+        """The kind of each case that is of one; a user's own equations are not a sample of a kind."""
+        return needs.kind_of({name: forms for name, forms in self.forms.items() if name not in self.own})
 
     @cached_property
     def matrix(self) -> pd.DataFrame:
@@ -159,6 +160,11 @@ class Run:
     @cached_property
     def titles(self) -> dict[str, str]:
         return dict(self.frame.drop_duplicates("case")[["case", "title"]].to_numpy())
+
+    @cached_property
+    def own(self) -> list[str]:
+        """The problems of a user's own equations among the cases."""
+        return [name for name in self.names if self.sections[name] == OwnSystem.section]
 
     @cached_property
     def sections(self) -> dict[str, str]:

@@ -159,7 +159,15 @@ def _origin_text(part: provenance.Origin) -> str:
 
 def _counts(run: Run, ran: pd.DataFrame) -> dict[str, Any]:
     libraries = set(ran["library"])
+    own = len(run.own)
+    known = len(run.names) - own
+    subject = [
+        f"{number_text.count_text(known, 'case')} of classical mechanics with exact solutions" if known else "",
+        f"{number_text.count_text(own, 'problem')} of own equations, with a computed reference" if own else "",
+    ]
     return {
+        "subject": " · ".join(filter(None, subject)),
+        "own": own,
         "cases": len(run.names),
         "problems": len(run.problems),
         "integrators": ran["integrator_id"].nunique(),

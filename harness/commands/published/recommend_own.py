@@ -101,12 +101,12 @@ def recommend_own(request: Request) -> None:
     key = recommendations.subject(request.subject) if request.subject else None
     recommendations.find(key or "smooth", error, request.libraries)  # refuses a wrong option before all work
     with _results(request.out_path) as path:
-        system, label = read_system(request.place, request.texts, request.events, request.accelerations, path)
+        system = read_system(request.place, request.texts, request.events, request.accelerations, path)
         subject = key or find_subject(system, error)
         advice = recommendations.find(subject, error, request.libraries)
         how = "" if key else ", found from the equations"
         out.print(f"\n[bold]{advice.title}[/]{how}; error at most {error:g}", highlight=False)
-        measured = _measure(path, system, label, candidates(advice.rows), error)
+        measured = _measure(path, system, candidates(advice.rows), error)
         for line in _answers(measured, advice.rows):
             out.print(line, highlight=False, markup=False)
         best = measured.best(list(measured.rows))
@@ -148,11 +148,10 @@ def _results(path: Path | None) -> Iterator[Path]:
         yield Path(folder)
 
 
-def _measure(path: Path, system: OwnSystem, label: str, methods: Sequence[str], error: float) -> Measured:
+def _measure(path: Path, system: OwnSystem, methods: Sequence[str], error: float) -> Measured:
     """Run the methods that are installed; those that are not are named."""
     # Imported here and not above: `gnomon recommend` without equations starts without numpy, pandas and numba.
     from gnomon.harness.registry import lookup
-    from gnomon.harness.registry.selection import DEFAULT
     from gnomon.harness.results import reading
     from gnomon.harness.running import plan
     from gnomon.harness.running.planned_run import run
@@ -169,10 +168,10 @@ def _measure(path: Path, system: OwnSystem, label: str, methods: Sequence[str], 
     if not present:
         raise ValueError("no method of the advice is installed here; name another --library, or install one")
     suite = once(plan.suite("foundation").within(LIMIT))
-    file = run(path, suite, [(system, label)], present, Progress())
+    file = run(path, suite, [(system, "")], present, Progress())
     rows: dict[str, list[Row]] = {}
     for row in reading.rows(file):
-        if row["case"] == system.name and row["variant"] == DEFAULT + label:
+        if row["case"] == system.name:
             rows.setdefault(row["integrator_id"], []).append(row)
     return Measured(system, error, {integrator.id: rows.get(integrator.id, []) for integrator in present})
 

@@ -397,7 +397,7 @@
     const about = data.about[name];
     byRole("case").value = name;
     byRole("title").textContent = about.title;
-    byRole("section").textContent = `${name} · Beatty, Dynamics, section ${about.section}`;
+    byRole("section").textContent = /^\d/.test(about.section) ? `${name} · Beatty, Dynamics, section ${about.section}` : name;
     const unrun = about.unrun.map((label) => Object.assign(new Option(`${label} (not run)`, label), { disabled: true }));
     byRole("problem").replaceChildren(...Object.keys(about.stresses).map((label) => new Option(label, label)), ...unrun);
     if (problem) byRole("problem").value = problem;
