@@ -1,5 +1,6 @@
 """A case's equations in another arithmetic, by replacing the globals of their functions, or with other arguments."""
 
+import builtins
 import linecache
 import math
 import types
@@ -25,7 +26,7 @@ def to_any_base(log: Callable[[Any], Any]) -> Callable[..., Any]:
 
 
 def rebind(function: Callable[..., Any], arithmetic: dict[str, Any]) -> Callable[..., Any]:
-    """The same function with `arithmetic` ({"sin": ...}) in place of `math`, also in the functions that it calls."""
+    """The same function with `arithmetic` ({"sin": ...}) in place of `math`, also in its imports and the functions that it calls."""
     rebound: Callable[..., Any] = _rebound(function, arithmetic, {})
     return rebound
 
@@ -33,7 +34,11 @@ def rebind(function: Callable[..., Any], arithmetic: dict[str, Any]) -> Callable
 def _rebound(function: Any, arithmetic: dict[str, Any], copies: dict[Any, Any]) -> Any:
     if function in copies:
         return copies[function]
-    namespace: dict[str, Any] = {"__builtins__": __builtins__}
+
+    def import_module(*given: Any) -> Any:
+        return _value("", builtins.__import__(*given), arithmetic, copies)
+
+    namespace: dict[str, Any] = {"__builtins__": vars(builtins) | {"__import__": import_module}}
     cells = tuple(types.CellType() for _ in function.__closure__ or ())
     copy = types.FunctionType(function.__code__, namespace, function.__name__, function.__defaults__, cells)
     copies[function] = copy

@@ -121,7 +121,8 @@ def run(
     every = named or chosen_suite.scope.engines
     path = _measure(out_path, chosen_suite, chosen, integrators, workers, dask, every, page)
     with best_after(path, chosen, error if equations is not None else None):
-        _summarize(path, chosen, integrators, chosen_suite, page, allow_missing, began)
+        wanted = error if equations is not None else None
+        _summarize(path, chosen, integrators, chosen_suite, page, allow_missing, began, wanted)
 
 
 def _adapt(suite: Suite, by_name: bool, repeat: bool, are_named: bool) -> Suite:
@@ -300,6 +301,7 @@ def _summarize(
     page: LivePage | None,
     allow_missing: bool,
     began: float,
+    error: float | None,
 ) -> None:
     """Print the results of the run, and its missing trials; the exit code says whether the run failed."""
     from gnomon.harness.commands.run_table import (
@@ -318,7 +320,7 @@ def _summarize(
     wanted = {(c.name, (c.variant or DEFAULT) + label, method.id) for c, label in chosen for method in integrators}
     rows = [row for row in reading.rows(path) if (row["case"], row["variant"], row["integrator_id"]) in wanted]
     if rows:
-        Shown(width=options.columns(TABLE_WIDTH), emoji=False).print(run_table(rows))
+        Shown(width=options.columns(TABLE_WIDTH), emoji=False).print(run_table(rows, error))
     counts = ", ".join(f"{count} {status}" for status, count in statuses(rows))
     out.print(f"{len(rows)} measurements: {counts}", highlight=False)
     waits = summary.count_waits((row["seconds_median"], row["delay_seconds"]) for row in rows)

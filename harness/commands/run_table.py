@@ -9,6 +9,7 @@ import numpy as np
 from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.contract.status import CANNOT_RUN, NOT_BROKEN, SCORED, Status, is_from_outside
 from gnomon.harness.results import summary
+from gnomon.harness.results.best import find_ways, is_below_reference
 from gnomon.harness.results.number_text import error_text, problem_name, time_text
 from rich.box import SIMPLE_HEAD
 from rich.markup import escape
@@ -22,33 +23,46 @@ REASON = 100
 """The number of characters of a reason that are shown."""
 NAMED = 3
 """The largest number of trials that are named."""
+NOTE = (
+    "time to {:g}: of a solve at the loosest setting with at most this error, without preparation; least error: of all"
+    " settings, with its time; \\[events]: the method with the location of events"
+)
 
 
-def run_table(rows: Iterable[Row]) -> Table:
-    """Error, measured order, time and preparation time at that error, statuses, and the first setting that failed.
+def run_table(rows: Sequence[Row], error: float | None = None) -> Table:
+    """Least error, measured order, time and preparation time at that error, statuses, and the first setting that failed.
 
-    The error is the smallest of a series.
+    With an `error` that is wanted on one problem also the time to it, and the fastest method first. A column is left out
+    if it says nothing.
     """
     series = summary.series(rows)
     orders = summary.orders(series)
     many = len(series) > MOST_SERIES
-    table = Table(box=SIMPLE_HEAD, padding=(0, 1))
-    for name in ("integrator", "series" if many else "case"):
-        table.add_column(name, no_wrap=True)
-    for name in ("error", "order", "time", "preparation"):
-        table.add_column(name, justify="right", no_wrap=True)
-    for name in ("statuses", "broke at"):
-        table.add_column(name)
     lines: dict[tuple[str, str], list[tuple[str, ...]]] = {}
     for key in series:
         *problem, _, name = key
         lines.setdefault((name, "" if many else problem_name(*problem)), []).append(key)
-    for (name, where), keys in lines.items():
+    problems = {where for _, where in lines}
+    alone = escape(*problems) if len(problems) == 1 and not many else None
+    times = {} if error is None else {way.timed.integrator_id: way.cost.each for way in find_ways(rows, error)}
+    table = Table(box=SIMPLE_HEAD, padding=(0, 1), title=alone, title_justify="left")
+    table.caption, table.caption_justify = None if error is None else NOTE.format(error), "left"
+    heads = ("integrator", *(() if alone else ("series" if many else "case",)))
+    for head in heads:
+        table.add_column(head, no_wrap=True)
+    middle = (*(() if error is None else (f"time to {error:g}",)), "least error", *(("order",) if orders else ()))
+    for head in (*middle, "its time", "preparation"):
+        table.add_column(head, justify="right", no_wrap=True)
+    for head in ("statuses", "first failure"):
+        table.add_column(head)
+    for name, where in sorted(lines, key=lambda line: times.get(line[0], math.inf)):
+        keys = lines[name, where]
         own = [series[key] for key in keys]
-        numbers = _numbers(own, [orders[key] for key in keys if key in orders])
-        table.add_row(
-            escape(name), escape(where or str(len(keys))), *numbers, *_words([row for group in own for row in group])
-        )
+        least, order, *rest = _numbers(own, [orders[key] for key in keys if key in orders])
+        cells = [] if error is None else [time_text(times[name]) if name in times else "–"]
+        cells += [least, *([order] if orders else []), *rest]
+        problem = () if alone else (escape(where or str(len(keys))),)
+        table.add_row(escape(name), *problem, *cells, *_words([row for group in own for row in group]))
     return table
 
 
@@ -60,7 +74,10 @@ def _numbers(series: Sequence[Sequence[Row]], orders: Sequence[float]) -> tuple[
     columns = ([row[name] for row in best] for name in ("error_max", "seconds_median", "prepare_seconds"))
     error, seconds, prepare = (float(np.median(np.array(column, dtype=float))) for column in columns)
     order = f"{np.median(orders):.2f}" if orders else "–"
-    return error_text(error), order, time_text(seconds), time_text(prepare)
+    hidden = len(best) == 1 and is_below_reference(best[0])
+    floor = best[0]["floor"]
+    least = error_text(error) if not hidden else f"< {error_text(floor)}" if floor < 1 else "no reference"
+    return least, order, time_text(seconds), time_text(prepare)
 
 
 def _words(rows: Sequence[Row]) -> tuple[str, str]:

@@ -61,6 +61,9 @@ class Node(Unbranching):
             raise AttributeError(f"a symbol has no {name}")
         return lambda *others: self.trace.functions[operation](self, *others)
 
+    def __float__(self) -> float:
+        raise TypeError("it gives a value of the motion to a function that takes numbers alone")
+
     def __neg__(self) -> Value:
         return self.trace.node("neg", self)
 

@@ -150,10 +150,12 @@ def rough_motion(rates: Rates, start: Floats, span: float, moments: Floats) -> R
             full_output=True, tfirst=True,
         )  # fmt: skip
     solved = (facts["tcur"] >= times[1:]) | (facts["message"] == "Integration successful.")
-    reached = np.argmin(np.append(np.isfinite(states).all(axis=1) & np.append(True, solved), False))
+    finite = np.isfinite(states).all(axis=1)
+    reached = np.argmin(np.append(finite & np.append(True, solved), False))
     if reached < len(times):
+        why = facts["message"].rstrip(".") if finite[reached] else "then the state is not finite"
         raise ValueError(
-            f"the motion cannot be followed beyond t = {times[max(int(reached) - 1, 0)]:.6g} after the start ({facts['message']});"
+            f"the motion cannot be followed beyond t = {times[max(int(reached) - 1, 0)]:.6g} after the start ({why});"
             " give a span that ends before, or state the events there"
         )
     motion = RoughMotion.of(times, states, rates.largest(times, states))

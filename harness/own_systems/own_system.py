@@ -155,13 +155,17 @@ class OwnSystem(Case):
         known = np.flatnonzero(np.isfinite(effect))
         if not len(known):
             return ["the effect of rounding the start was not computed"]
-        last = int(known[-1])
+        last, lost = int(known[-1]), np.flatnonzero(effect >= 1)
         sentences = [
-            f"rounding of the start alone moves this motion by {effect[last]:.1g} of its size"
-            f" at t = {clock.time(self.moments[last]):.4g}"
+            f"rounding the start to double precision changes the state at t = {clock.time(self.moments[last]):.4g}"
+            f" by {effect[last]:.1g} of its largest value"
         ]
+        if len(lost):  # a multiple of the motion is no change: it follows from derivatives alone
+            sentences = [
+                f"rounding the start to double precision changes all digits by t = {clock.time(self.moments[lost[0]]):.4g}"
+            ]
         if self.lost_after is not None:
-            sentences.append(f"after t = {self.lost_after:.4g} rounding leaves no digit to a method in binary64")
+            sentences.append(f"after t = {self.lost_after:.4g} rounding leaves no digit to a method in double precision")
         return sentences
 
 

@@ -76,10 +76,12 @@ class Reference:
     def text(self) -> str:
         """A sentence about the reference."""
         largest, bound = float(self.differences.max()), float(self.error[-1])
-        words = f"{' and '.join(self.methods)} agree to {largest:.1g} of the size of each coordinate"
-        if self.why:
-            return f"reference in binary64 ({self.why}): {words}; errors below {bound:.1g} are below the reference"
-        return f"reference with {self.digits} digits: {words}; it counts as right to {bound:.1g}"
+        how = f"in binary64 ({self.why})" if self.why else f"with {self.digits} digits"
+        names = " and ".join(self.methods)
+        if bound >= 1:
+            return f"no reference {how} at the end of the span: {names} differ by {largest:.1g} of a coordinate's size; take a shorter span"
+        words = f"reference {how}: {names} agree to {largest:.1g} of the size of each coordinate"
+        return f"{words}; errors below {bound:.1g} cannot be measured"
 
 
 def smooth_reference(

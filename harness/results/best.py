@@ -13,6 +13,9 @@ from gnomon.harness.results.equal_error import credit_errors
 from gnomon.harness.results.number_text import error_text, short_text, time_text
 from gnomon.harness.results.separation import SLOWER, Launch, Timed, compare, states
 
+ROUNDING = 1e-15
+"""Bounds of references below this are rounding to binary64."""
+
 
 @dataclass(frozen=True)
 class Best:
@@ -69,14 +72,16 @@ class Best:
         bound = "below " if self.below_reference else ""
         text = (
             f"{self.method} at {name}={self.setting:.4g}: error {bound}{error_text(self.error)}, {time_text(self.seconds)} a"
-            f" solve after {time_text(self.prepare_seconds)} of preparation; "
+            f" solve after {time_text(self.prepare_seconds)} of preparation; with its preparation "
         )
         text += (
             f"faster than {self.rival} from {self.break_even} solves on"
             if self.rival
-            else "the fastest for one solve too"
+            else "the fastest from one solve on"
         )
-        text += f"\nnot told apart from it: {', '.join(self.equally_fast)}" if self.equally_fast else ""
+        text += (
+            f"\nnot clearly slower (factor, 95 % interval): {', '.join(self.equally_fast)}" if self.equally_fast else ""
+        )
         return f"{text}\n\n{self.lines.strip()}"
 
 
@@ -107,7 +112,9 @@ class Cost(NamedTuple):
 
 
 @dataclass(frozen=True)
-class _Way:
+class Way:
+    """A method at the loosest setting that reaches an error, with its cost; `below`: its error is below the reference's."""
+
     timed: Timed
     setting: float
     kind: str
@@ -121,20 +128,9 @@ def best(rows: Sequence[Mapping[str, Any]], error: float, lines: Callable[[str, 
 
     `lines(method, setting, kind)` are the lines of Python that run a method at a setting.
     """
-    series: dict[str, list[Mapping[str, Any]]] = {}
-    times: dict[tuple[str, float], dict[Launch, float]] = {}
-    for row in rows:
-        if row["status"] in SCORED and row["seconds_median"]:
-            at = times.setdefault((row["integrator_id"], row["setting"]), {})
-            at[row.get("run", 1), row["launch"]] = row["seconds_median"]
-            if row["launch"] == 1:
-                series.setdefault(row["integrator_id"], []).append(row)
-    loosest = [_loosest(each, error, times) for each in series.values()]
-    ways = sorted((way for way in loosest if way is not None), key=lambda way: way.cost.each)
+    ways = find_ways(rows, error)
     if not ways:
-        least = min((x for each in series.values() for row in each for x in [error_of(row)]), default=math.inf)
-        nearest = f"the least error is {error_text(least)}" if math.isfinite(least) else "nothing was solved"
-        raise ValueError(f"error={error:g}: no method that was compared reaches it; {nearest}")
+        raise ValueError(f"error={error:g}: {_explain_least(rows)}")
     fastest = ways[0]
     rival = min(ways, key=lambda way: way.cost.total(1))
     alone = rival is fastest or rival.cost.each <= fastest.cost.each
@@ -146,7 +142,43 @@ def best(rows: Sequence[Mapping[str, Any]], error: float, lines: Callable[[str, 
     )  # fmt: skip
 
 
-def _equally_fast(rows: Sequence[Mapping[str, Any]], ways: Sequence[_Way]) -> Iterator[str]:
+def find_ways(rows: Sequence[Mapping[str, Any]], error: float) -> list[Way]:
+    """The loosest setting of each method that reaches an error on the problem of these rows, the fastest first."""
+    series: dict[str, list[Mapping[str, Any]]] = {}
+    times: dict[tuple[str, float], dict[Launch, float]] = {}
+    for row in rows:
+        if _is_timed(row):
+            at = times.setdefault((row["integrator_id"], row["setting"]), {})
+            at[row.get("run", 1), row["launch"]] = row["seconds_median"]
+            if row["launch"] == 1:
+                series.setdefault(row["integrator_id"], []).append(row)
+    loosest = [_loosest(each, error, times) for each in series.values()]
+    return sorted((way for way in loosest if way is not None), key=lambda way: way.cost.each)
+
+
+def _is_timed(row: Mapping[str, Any]) -> bool:
+    return row["status"] in SCORED and bool(row["seconds_median"])
+
+
+def _explain_least(rows: Sequence[Mapping[str, Any]]) -> str:
+    """Why no row has a smaller error: the methods, or the reference that cannot tell."""
+    row = min(filter(_is_timed, rows), key=error_of, default=None)
+    if row is None or not math.isfinite(error_of(row)):
+        return "no method that was compared reaches it; nothing was solved"
+    least = error_text(error_of(row))
+    if not is_below_reference(row):
+        return f"no method that was compared reaches it; the least error is {least}"
+    if row["floor"] >= 1:
+        return "it cannot be measured, because there is no reference at the end of the span; take a shorter span"
+    return f"it cannot be measured, because the reference may itself be wrong by {least}"
+
+
+def is_below_reference(row: Mapping[str, Any]) -> bool:
+    """Whether the error of a row is below the bound of the error of its reference, by more than rounding."""
+    return row["error_max"] is not None and row["error_max"] < (row["floor"] or 0.0) and row["floor"] > ROUNDING
+
+
+def _equally_fast(rows: Sequence[Mapping[str, Any]], ways: Sequence[Way]) -> Iterator[str]:
     """The ways that the launches do not separate from the first, which is the fastest, in words."""
     compared = compare([way.timed for way in ways], scatters(list_launched(rows))[OWN])
     for way, row, state in list(zip(ways, compared, *states([compared]), strict=True))[1:]:
@@ -163,7 +195,7 @@ def error_of(row: Mapping[str, Any]) -> float:
 
 def _loosest(
     rows: Sequence[Mapping[str, Any]], error: float, times: Mapping[tuple[str, float], dict[Launch, float]]
-) -> _Way | None:
+) -> Way | None:
     """The loosest setting from which on all tighter ones, up to the limit of rounding, have at most this error."""
     ordered = sorted(rows, key=lambda row: -row["setting"])
     for row, held in zip(ordered, credit_errors([error_of(row) for row in ordered]), strict=True):
@@ -171,7 +203,7 @@ def _loosest(
             below = float(row["error_max"]) < float(row["floor"] or 0.0)
             timed = Timed(row["integrator_id"], times[row["integrator_id"], row["setting"]])
             cost = Cost(row["prepare_seconds"] or 0.0, timed.middle)
-            return _Way(
+            return Way(
                 timed, row["setting"], row["setting_kind"], error_of(row), cost, below,
             )  # fmt: skip
     return None

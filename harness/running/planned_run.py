@@ -154,7 +154,7 @@ def _reference_solutions(
 ) -> tuple[dict[CaseSpec, ReferenceSolution], dict[CaseSpec, str]]:
     """The reference solutions of all cases in the run, and the error messages of the cases without one."""
     wanted = dict.fromkeys(CaseSpec.of(s.case, s.formulation) for s in series)
-    progress.begin("exact motions", len(wanted))
+    progress.begin("reference solutions", len(wanted))
     solutions = reference_solutions(list(wanted), progress.advance)
     known = {spec: exact for spec, exact in solutions.items() if isinstance(exact, ReferenceSolution)}
     return known, {spec: exact for spec, exact in solutions.items() if isinstance(exact, str)}
@@ -269,7 +269,7 @@ class PlannedRun:
         later = [series for series in self.later if series.left_out is None]
         costs = [(launch.series.id, self._cost(launch)) for launch in pending]
         costs += [(series.id, launch_seconds(series, self.suite, 1)) for series in later]
-        text = f"predicted: {count + len(later)} series, "
+        text = f"predicted: {count + len(later)} series (a method on a problem each), "
         text += f"{duration_text(run_seconds(costs, self.workers))} on {count_text(self.workers, 'quiet core')}"
         if later:
             motions = len({CaseSpec.of(series.case, series.formulation) for series in later})

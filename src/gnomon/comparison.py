@@ -23,7 +23,7 @@ from gnomon.harness.measuring.settings import choose_settings
 from gnomon.harness.own_systems.own_system import OwnSystem, make_system
 from gnomon.harness.registry import lookup, selection
 from gnomon.harness.results import reading
-from gnomon.harness.results.best import Best, best
+from gnomon.harness.results.best import ROUNDING, Best, best
 from gnomon.harness.results.equal_error import TARGETS, Reached, find_reached
 from gnomon.harness.results.number_text import error_text, power_text, problem_name, time_text
 from gnomon.harness.results.summary import tidy
@@ -42,8 +42,6 @@ SERIES = ("case", "variant", "formulation", "integrator_id")
 Names = tuple[str, ...]
 BELOW = "below ref."
 """The entry for an error below the bound of the reference, which no comparison with it can tell."""
-ROUNDING = 1e-15
-"""Bounds of references below this are rounding to binary64."""
 NOTE = (
     "Time of a whole call without preparation: the median of repeated calls{launches}.{bound} Error: the largest of 64"
     " samples, relative to the size of the motion."

@@ -36,3 +36,12 @@ def test_the_time_is_that_of_all_launches(second: float) -> None:
     found = best(rows, 1e-6, _lines)
     assert found.method == ("x:a" if second == 1.0 else "x:b")
     assert found.seconds == pytest.approx(1.0 if second == 1.0 else 1.2)
+
+
+@pytest.mark.parametrize(
+    ("floor", "words"), [(1e-2, "may itself be wrong by 1.0e-2"), (14.0, "no reference at the end")]
+)
+def test_where_the_reference_is_the_limit_the_methods_are_not_blamed(floor: float, words: str) -> None:
+    with pytest.raises(ValueError, match=words) as raised:
+        best([_row("x:a", 1.0, floor=floor)], 1e-6, _lines)
+    assert "no method" not in str(raised.value)

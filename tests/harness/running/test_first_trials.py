@@ -11,7 +11,8 @@ from gnomon.harness.commands.run_table import MOST_SERIES, run_table, shortcomin
 from gnomon.harness.registry import selection
 from gnomon.harness.registry.lookup import is_users_own, own
 from gnomon.harness.results import reading, store
-from gnomon.harness.results.number_text import error_text
+from gnomon.harness.results.best import find_ways
+from gnomon.harness.results.number_text import error_text, time_text
 from gnomon.harness.running import first_trials, plan
 from rich.console import Console
 from turned_clock import Clock
@@ -87,10 +88,24 @@ def rows(tmp_path: Path) -> list[dict[str, Any]]:
     return reading.rows(synthetic.write(tmp_path / "results.sqlite"))
 
 
-def shown(rows: list[dict[str, Any]]) -> list[str]:
+def shown(rows: list[dict[str, Any]], error: float | None = None) -> list[str]:
     console = Console(width=250, record=True, file=open("/dev/null", "w"))  # noqa: SIM115
-    console.print(run_table(rows))
+    console.print(run_table(rows, error))
     return console.export_text().splitlines()
+
+
+def test_for_an_error_the_fastest_is_first_and_a_hidden_error_is_a_bound(tmp_path: Path) -> None:
+    """The time is that of the answer below the table, at its setting; an error below the reference's is not measured."""
+    many = rows(tmp_path)
+    one = [row for row in many if (row["case"], row["variant"]) == (many[0]["case"], many[0]["variant"])]
+    ways = find_ways(one, 1e-3)
+    assert len(ways) > 1
+    lines = shown(one, 1e-3)
+    places = [next(k for k, x in enumerate(lines) if x.strip().startswith(f"{w.timed.integrator_id} ")) for w in ways]
+    assert places == sorted(places)
+    assert time_text(ways[0].cost.each) in lines[places[0]]
+    hidden = shown([row | {"floor": 0.5} for row in one])
+    assert any(" < 5.0e-1 " in line for line in hidden)
 
 
 def test_the_table_has_a_line_for_each_series_or_for_each_integrator_if_series_are_many(tmp_path: Path) -> None:

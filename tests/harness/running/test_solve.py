@@ -155,6 +155,26 @@ def test_equations_may_branch_on_an_argument() -> None:
         assert np.abs(found.y - by_scipy(fun=damped, args=(c,), t_eval=found.t).y).max() < 1e-6
 
 
+def test_an_import_inside_a_function_is_read_as_one_outside() -> None:
+    """Else it has no formulas: `math.sin` takes numbers alone."""
+
+    def inside(t: float, y: Any) -> Any:
+        import math as m
+        from math import sin as s
+
+        import numpy as n
+
+        return [y[1], -s(y[0]) - n.cos(y[1]) + m.exp(-t)]
+
+    def outside(t: float, y: Any) -> Any:
+        return [y[1], -sin(y[0]) - np.cos(y[1]) + math.exp(-t)]
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        found, known = (solve(each, ENDS, START, "gnomon:Taylor", rtol=1e-10) for each in (inside, outside))
+    assert np.array_equal(found.y, known.y)
+
+
 def branching(t: float, y: Any) -> Any:
     return (y[1], -sin(y[0])) if y[0] > -9 else (0.0, 0.0)
 
@@ -176,7 +196,7 @@ def test_equations_without_formulas_are_called_and_it_is_said_once(
     """The warning names function and line, and the measured cost of a call."""
     monkeypatch.setattr(own_functions, "_TOLD", set())
     where = f"line {function.__code__.co_firstlineno}"
-    with pytest.warns(UserWarning, match=rf"test_solve.py, {where}\) has no formulas .* microseconds a call") as told:
+    with pytest.warns(UserWarning, match=rf"test_solve.py, {where}\) has no formulas .* µs a call") as told:
         found = solve(function, ENDS, START, method, **setting)
     assert {each.filename for each in told} == {__file__}
     with warnings.catch_warnings():
