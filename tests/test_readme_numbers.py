@@ -42,7 +42,7 @@ def _match(pattern: str) -> tuple[str, ...]:
 
 def test_the_findings_of_verification_in_the_readme_were_measured() -> None:
     measured = json.loads((REPORTS / "verification.json").read_text())
-    said = r"normal (\d+) of (\d+) mutants of .*? \(95 % interval (\d+) to (\d+) %\) and (\d+) of (\d+) rebuilt defects"
+    said = r"normal found (\d+) of (\d+) faults .*? \(95 % interval (\d+) to (\d+) %\) and (\d+) of (\d+) defects"
     found, of, low, high, defects, of_defects = map(int, _match(said))
     assert (found, of) == (measured["mutants"]["found"], measured["mutants"]["of"])
     assert [low, high] == [round(100 * share) for share in measured["mutants"]["interval"]]
@@ -69,7 +69,7 @@ def test_the_findings_about_libraries_are_those_of_the_summary() -> None:
 
 def test_the_shares_outside_of_the_catalogue_were_measured() -> None:
     measured = json.loads((REPORTS / "outside.json").read_text())
-    said = r"On (\d+) systems drawn at random.*? in (\d+) % .*?\(95 % interval (\d+) to (\d+) %\).*? in (\d+) % \((\d+) to (\d+) %\)"
+    said = r"on (\d+) systems drawn at random.*? in (\d+) % .*?\(95 % interval (\d+) to (\d+) %\).*? in (\d+) % \((\d+) to (\d+) %\)"
     drawn, *shares = map(int, _match(said))
     assert drawn == measured["drawn"]
     found = [measured[name][part] for name in ("share", "order") for part in ("share", "low", "high")]
@@ -118,7 +118,7 @@ def page() -> dict[str, Any]:
 
 def test_the_digits_of_the_readme_are_those_of_the_certificates() -> None:
     closed, integrated = map(
-        int, _match(r"Closed forms are confirmed to at least (\d+) digits and integrated motions to at least (\d+)")
+        int, _match(r"agrees with it in at least (\d+) digits for closed forms and in at least (\d+) for integrated motions")
     )
     certificates = sidecars.read(REPORTS / "certificates.json")["rows"]
     assert all(each["passed"] and each["digits"] >= integrated for each in certificates)
@@ -136,6 +136,12 @@ def test_the_numbers_of_the_readme_are_those_of_the_code() -> None:
     assert int(_match(r"the largest of (\d+) samples")[0]) == SAMPLES
     (python,) = _match(r"With Python ([\d.]+) and make")
     assert _project()["requires-python"] == f">={python}"
+
+
+def test_the_time_of_odeint_in_the_readme_is_that_of_the_page(page: dict[str, Any]) -> None:
+    (time,) = _match(r"compiled odeint takes ([\d.]+ µs)")
+    (row,) = re.findall(r"<tr><th>SciPy odeint<.*?</tr>", page["times"]["pendulum_simple/default"], re.S)
+    assert re.findall(r'data-axis="time">([^<]*)', row)[1] == time, "at 1e-6"
 
 
 def test_the_failures_in_the_figure_are_explained() -> None:

@@ -16,6 +16,8 @@ from rich.markup import escape
 if TYPE_CHECKING:
     from gnomon.harness.results.advice.recommendations import Table
 
+CHOICE = "The method is the one that the library's manual names, chosen before the measurements."
+
 
 def recommend(
     words: Annotated[
@@ -77,7 +79,7 @@ def _recommend(subject: str, error: float | None, chosen: Sequence[str]) -> None
     advice = recommendations.find(subject, error, chosen)
     table = recommendations.read()
     out.print(f"[bold]{escape(advice.title)}, error at most {advice.error:g}[/]", highlight=False)
-    out.print(advice.about, highlight=False, markup=False)
+    out.print(f"{advice.about}\n{CHOICE}", highlight=False, markup=False)
     for word, other in advice.further.items():
         out.print(f"For {word!r} see also: gnomon recommend {other}", highlight=False, markup=False)
     for row in advice.rows:
@@ -87,16 +89,17 @@ def _recommend(subject: str, error: float | None, chosen: Sequence[str]) -> None
         outside = recommendations.outside_share(table.head["outside"], advice.subject, row["library"])
         for line in describe(row, libraries.title(row["library"]), outside):
             out.print(line, highlight=False, markup=False)
-    out.print(f"\n{tell_origin(table, advice.subject)}", highlight=False, markup=False)
     named = [row for row in advice.rows if row["systems"]]
     if len(named) == 1:
         _print_lines(table, advice.subject, named[0])
     elif named:
         out.print(
-            f"Lines of code: gnomon recommend {advice.subject} --error {advice.error:g} --library {named[0]['library']}",
+            f"\nLines of code: gnomon recommend {advice.subject} --error {advice.error:g} --library {named[0]['library']}",
             highlight=False,
             markup=False,
         )
+    subject = advice.subject if len(advice.rows) > 1 else ""  # one library has its own share above
+    out.print(f"\n{tell_origin(table, subject)}", highlight=False, markup=False)
 
 
 def describe(row: Mapping[str, Any], title: str, outside: Mapping[str, Any] | None = None) -> Iterator[str]:
@@ -112,22 +115,23 @@ def describe(row: Mapping[str, Any], title: str, outside: Mapping[str, Any] | No
         first = row["reliable"]
         yield f"\n{title}: {', '.join(row['methods'])}, {argument(first)}{_unit(first)}{_of(row, first)}"
         for reliable in (first, *first.get("others", ())):
-            yield f"    to rely on{_of(row, reliable)}: {reliable_text(reliable)}"
-        yield f"    often enough{_of(row, row['setting'])}: {median_text(row)}"
-        yield f"    reaches the error on {share_text(row)}"
-        yield f"    {rests_text(row['rests_on'])}"
+            yield f"    {_for(row, reliable)}{reliable_text(reliable)}"
+        if row["systems"] > 1:
+            yield f"    {_for(row, row['setting'])}{median_text(row)}"
         if outside is not None:
-            yield f"    outside of the catalogue the settings to rely on reached the error in {percent_text(outside)}"
+            yield f"    on systems outside of the catalogue its recommended settings reached their error in {percent_text(outside)}"
+        yield f"    at some setting it reaches the error on {share_text(row)}"
+        yield f"    {rests_text(row['rests_on'])}"
     if "better" in row:
-        better = row["better"]
+        better, at = row["better"], "at equal errors " * ("time" in row["better"]["how"])
         yield (
-            f"    the best of its {better['among']} methods, found after the run: {', '.join(better['methods'])},"
-            f" {better['how']}; to rely on: {reliable_text(better['reliable'])}"
+            f"    the best of its {better['among']} methods in these measurements: {', '.join(better['methods'])};"
+            f" {at}it {better['how']}; {reliable_text(better['reliable'])}"
         )
 
 
 def share_text(row: Mapping[str, Any]) -> str:
-    """The systems that a method reaches, with the 95 % interval of their share."""
+    """The systems that a method reaches, with the 95 % interval of the share of all such systems."""
     low, high = (round(100 * row[name]) for name in ("share_low", "share_high"))
     if row["systems"] == row["tried"]:
         share = f"at least {low} %"
@@ -135,7 +139,7 @@ def share_text(row: Mapping[str, Any]) -> str:
         share = f"at most {high} %"
     else:
         share = f"{low} to {high} %"
-    return f"{row['systems']} of {row['tried']} independent systems ({share} of such systems, with 95 % confidence)"
+    return f"{row['systems']} of {row['tried']} systems; with 95 % confidence on {share} of such systems"
 
 
 def least_text(row: Mapping[str, Any]) -> str:
@@ -148,20 +152,21 @@ def least_text(row: Mapping[str, Any]) -> str:
 
 
 def reliable_text(row: Mapping[str, Any]) -> str:
-    """The setting of a method to rely on, the systems on which it holds, and its cost."""
+    """The recommended setting of a method, the systems on which it reaches the error, and its cost."""
     from gnomon.harness.results.number_text import count_text, time_text
 
-    on = f"on {'all ' if row['of'] > 1 else ''}{count_text(row['of'], 'system')}"
+    on = f"on {'all ' if row['of'] > 1 else ''}{count_text(row['of'], 'system')} of the catalogue"
     if row["systems"] < row["of"]:
         on = f"on {row['systems']} of {row['of']} systems (on the others it took too long, or round-off is above the error)"
     cost = f", {time_text(row['seconds'])} a solve" if "seconds" in row else ""
-    return f"{argument(row)}{_unit(row)}, which was measured to hold {on}{cost}"
+    return f"{argument(row)}{_unit(row)} reached the error {on}{cost}"
 
 
 def median_text(row: Mapping[str, Any]) -> str:
     """The setting that is enough on half of the problems, with its cost."""
     setting = row["setting"]
-    return f"{argument(setting)}{_unit(setting)}, {cost_text(row)}; the median problem is {setting['problem']}"
+    enough = f"{argument(setting)}{_unit(setting)} is enough on half of them"
+    return f"{enough}, {cost_text(row)}; the middle one is {setting['problem']}"
 
 
 def rests_text(basis: Mapping[str, Any]) -> str:
@@ -169,13 +174,19 @@ def rests_text(basis: Mapping[str, Any]) -> str:
     low, high = (f"{end:.3g}" for end in basis["spans"])
     limits = [f"spans of {low} to {high} time scales" if low != high else f"a span of {low} time scales"]
     limits += [f"eccentricities up to {basis['eccentricity']:.3g}"] if "eccentricity" in basis else []
-    limits += [f"a conditioning up to {basis['conditioning']:.1g}"] if "conditioning" in basis else []
-    return f"tried on {', '.join(limits)}; not beyond"
+    if "conditioning" in basis:
+        limits.append(f"motions that rounding of the input changes by {basis['conditioning']:.1g} at most")
+    return f"tried only on {', '.join(limits)} (time scale: a period over 2 pi, or a decay time)"
 
 
 def _of(row: Mapping[str, Any], setting: Mapping[str, Any]) -> str:
     """The method of a setting, if there are several."""
     return f" for {setting['method']}" if len(row["methods"]) > 1 else ""
+
+
+def _for(row: Mapping[str, Any], setting: Mapping[str, Any]) -> str:
+    """The method of a setting before it, if there are several."""
+    return f"{setting['method']}: " if len(row["methods"]) > 1 else ""
 
 
 def _unit(setting: Mapping[str, Any]) -> str:
@@ -196,26 +207,24 @@ def tell_origin(table: Table, subject: str) -> str:
     from gnomon.harness.results.advice import recommendations
 
     head = table.head
-    bears = f"{head['launches']} launch{'es' * (head['launches'] > 1)} or more"
     waited = f"{100 * head['delayed'] / max(head['timed'], 1):.0f} % of the calls waited for a processor"
-    lacks = f"this run is not complete: {head['lacks']}" if head["lacks"] else "the run is complete"
+    lacks = f"; this run is not complete: {head['lacks']}" if head["lacks"] else ""
     suites = f"suite{'s' * (len(head['suites']) > 1)} {', '.join(head['suites'])}"
     return (
         f"Measured by gnomon's authors at revision {head['revision']} on {head['date']}, {suites}, on {head['cores']} cores of"
-        f" one processor model, {head['cpu']}, Python {head['python']}"
-        f" ({'; '.join(filter(None, (bears, head['open'], waited, lacks)))}). Medians over the systems that each method"
-        " reaches: not a ranking. Times are of motions of the catalogue with 64 samples; on your machine and system they"
-        f" differ. {margin_text(head['margin'])} {recommendations.outside_text(head['outside'], subject)}"
+        f" {head['cpu']}, Python {head['python']} ({waited}{lacks}). A time is the median over the systems of the catalogue that"
+        " the method reaches, with 64 samples: it does not rank libraries, and differs on your machine and system."
+        f" {margin_text(head['margin'])} {recommendations.outside_text(head['outside'], subject)}"
     )
 
 
 def margin_text(margin: float) -> str:
-    """What a setting to rely on is."""
+    """How a recommended setting is chosen."""
     if margin == 1:
-        return "A setting to rely on is the tightest one that any of the systems needs; no margin was tried."
+        return "The recommended setting is the tightest that any of the systems needs, without a margin."
     return (
-        f"A tolerance to rely on is {margin:g} times the tightest one that any of the systems needs; a step is the shortest"
-        " one, and no margin of steps was tried."
+        f"The recommended tolerance is {margin:g} times the tightest that any of the systems needs; the recommended step is"
+        " the shortest, without a margin."
     )
 
 

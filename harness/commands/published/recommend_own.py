@@ -216,7 +216,7 @@ def _answer(measured: Measured, row: Row, named: Sequence[str]) -> Iterator[str]
 
 
 def reliable_settings(row: Row) -> dict[str, Mapping[str, Any]]:
-    """The published settings to rely on, by method."""
+    """The published recommended settings, by method."""
     if "reliable" not in row:
         return {}
     first = row["reliable"]
@@ -224,16 +224,16 @@ def reliable_settings(row: Row) -> dict[str, Mapping[str, Any]]:
 
 
 def _reliable_text(measured: Measured, method: str, reliable: Mapping[str, Any], at: Row) -> str:
-    """Whether the published setting to rely on holds here."""
+    """Whether the published setting holds here."""
     from gnomon.harness.results.number_text import error_text, time_text
 
     published = argument(reliable, measured.system.time_scale if reliable["kind"] == "step" else 1.0)
     if not _is_scored(at):
-        return f"the published setting to rely on, {published} of {method}, does not hold here: {at['reason'] or at['status']}"
+        return f"the published setting, {published} of {method}, does not hold here: {at['reason'] or at['status']}"
     error = _error(at)
     holds = "holds here" if error <= measured.error else "does NOT hold here"
     cost = f", {time_text(at['seconds_median'])} a solve" if at["seconds_median"] else ""
-    return f"the published setting to rely on, {published} of {method}, {holds}: error {error_text(error)}{cost}"
+    return f"the published setting, {published} of {method}, {holds}: error {error_text(error)}{cost}"
 
 
 def _better_text(measured: Measured, row: Row) -> str:

@@ -79,13 +79,13 @@ def outside_text(outside: Mapping[str, Any] | None, subject: str = "") -> str:
         return "Outside of the catalogue these settings were not tried."
     reached, order = (percent_text(outside[name]) for name in ("share", "order"))
     text = (
-        f"On systems outside of the catalogue, drawn at random, the setting to rely on reached the error in {reached}"
+        "On systems outside of the catalogue, drawn at random, the recommended settings of all libraries reached their error in"
+        f" {reached}; of two libraries the one that is faster here was faster there in {order}."
     )
-    text += f"; of two libraries the one that is faster here was faster there in {order}."
     if not subject:
         return text
     of = next((row for row in outside.get("by_need", ()) if row["need"] == subject), None)
-    return f"{text} On systems of this kind it reached the error in {percent_text(of)}."
+    return f"{text} For this need alone they reached it in {percent_text(of)}."
 
 
 def outside_share(outside: Mapping[str, Any] | None, subject: str, library: str) -> Mapping[str, Any] | None:
