@@ -118,7 +118,10 @@ def page() -> dict[str, Any]:
 
 def test_the_digits_of_the_readme_are_those_of_the_certificates() -> None:
     closed, integrated = map(
-        int, _match(r"agrees with it in at least (\d+) digits for closed forms and in at least (\d+) for integrated motions")
+        int,
+        _match(
+            r"agrees with it in at least (\d+) digits for closed forms and in at least (\d+) for integrated motions"
+        ),
     )
     certificates = sidecars.read(REPORTS / "certificates.json")["rows"]
     assert all(each["passed"] and each["digits"] >= integrated for each in certificates)

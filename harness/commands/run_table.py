@@ -9,7 +9,7 @@ import numpy as np
 from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.contract.status import CANNOT_RUN, NOT_BROKEN, SCORED, Status, is_from_outside
 from gnomon.harness.results import summary
-from gnomon.harness.results.best import find_ways, is_below_reference
+from gnomon.harness.results.best import bound_text, find_ways, is_below_reference
 from gnomon.harness.results.number_text import error_text, problem_name, time_text
 from rich.box import SIMPLE_HEAD
 from rich.markup import escape
@@ -75,8 +75,7 @@ def _numbers(series: Sequence[Sequence[Row]], orders: Sequence[float]) -> tuple[
     error, seconds, prepare = (float(np.median(np.array(column, dtype=float))) for column in columns)
     order = f"{np.median(orders):.2f}" if orders else "–"
     hidden = len(best) == 1 and is_below_reference(best[0])
-    floor = best[0]["floor"]
-    least = error_text(error) if not hidden else f"< {error_text(floor)}" if floor < 1 else "no reference"
+    least = bound_text(best[0]["floor"]) if hidden else error_text(error)
     return least, order, time_text(seconds), time_text(prepare)
 
 

@@ -130,7 +130,10 @@ def best(rows: Sequence[Mapping[str, Any]], error: float, lines: Callable[[str, 
     """
     ways = find_ways(rows, error)
     if not ways:
-        raise ValueError(f"error={error:g}: {_explain_least(rows)}")
+        hidden = explain_hidden(rows)
+        least = _least(rows)
+        nearest = "nothing was solved" if least is None else f"the least error is {error_text(error_of(least))}"
+        raise ValueError(f"error={error:g}: {hidden or f'no method that was compared reaches it; {nearest}'}")
     fastest = ways[0]
     rival = min(ways, key=lambda way: way.cost.total(1))
     alone = rival is fastest or rival.cost.each <= fastest.cost.each
@@ -160,17 +163,25 @@ def _is_timed(row: Mapping[str, Any]) -> bool:
     return row["status"] in SCORED and bool(row["seconds_median"])
 
 
-def _explain_least(rows: Sequence[Mapping[str, Any]]) -> str:
-    """Why no row has a smaller error: the methods, or the reference that cannot tell."""
+def _least(rows: Sequence[Mapping[str, Any]]) -> Mapping[str, Any] | None:
+    """The row with the least error; None if nothing was solved."""
     row = min(filter(_is_timed, rows), key=error_of, default=None)
-    if row is None or not math.isfinite(error_of(row)):
-        return "no method that was compared reaches it; nothing was solved"
-    least = error_text(error_of(row))
-    if not is_below_reference(row):
-        return f"no method that was compared reaches it; the least error is {least}"
+    return row if row is not None and math.isfinite(error_of(row)) else None
+
+
+def explain_hidden(rows: Sequence[Mapping[str, Any]]) -> str:
+    """Why no smaller error can be measured on a problem, if the reference is the limit; "" if the methods are."""
+    row = _least(rows)
+    if row is None or not is_below_reference(row):
+        return ""
     if row["floor"] >= 1:
         return "it cannot be measured, because there is no reference at the end of the span; take a shorter span"
-    return f"it cannot be measured, because the reference may itself be wrong by {least}"
+    return f"it cannot be measured, because the reference may itself be wrong by {error_text(row['floor'])}"
+
+
+def bound_text(floor: float) -> str:
+    """An error below the bound of the error of its reference."""
+    return f"< {error_text(floor)}" if floor < 1 else "no reference"
 
 
 def is_below_reference(row: Mapping[str, Any]) -> bool:

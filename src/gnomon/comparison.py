@@ -23,7 +23,7 @@ from gnomon.harness.measuring.settings import choose_settings
 from gnomon.harness.own_systems.own_system import OwnSystem, make_system
 from gnomon.harness.registry import lookup, selection
 from gnomon.harness.results import reading
-from gnomon.harness.results.best import ROUNDING, Best, best
+from gnomon.harness.results.best import ROUNDING, Best, best, bound_text
 from gnomon.harness.results.equal_error import TARGETS, Reached, find_reached
 from gnomon.harness.results.number_text import error_text, power_text, problem_name, time_text
 from gnomon.harness.results.summary import tidy
@@ -292,7 +292,7 @@ def _cells(series: Sequence[Mapping[str, Any]]) -> Iterator[str]:
             yield ("< " if at.at_loosest else "") + time_text(at.seconds)
     errors = [row["error_max"] for row in series if row["status"] == Status.OK]
     least = min(errors, default=math.nan)
-    yield "–" if not errors else f"< {error_text(bound)}" if least < bound and bound > ROUNDING else error_text(least)
+    yield "–" if not errors else bound_text(bound) if least < bound and bound > ROUNDING else error_text(least)
     failed = [row for row in series if row["status"] != Status.OK and row["launch"] == 1]
     counts = dict.fromkeys(str(row["status"]).replace("_", " ") for row in failed)
     yield ", ".join(f"{sum(str(r['status']).replace('_', ' ') == name for r in failed)} {name}" for name in counts)

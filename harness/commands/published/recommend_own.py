@@ -75,6 +75,12 @@ class Measured:
         rows = [row for name in methods for row in self.rows.get(name, ()) if _is_scored(row)]
         return min((_error(row) for row in rows), default=None)
 
+    def explain_hidden(self, methods: Sequence[str]) -> str:
+        """Why the error cannot be measured, if the reference is the limit of these methods; else ""."""
+        from gnomon.harness.results.best import explain_hidden
+
+        return explain_hidden([row for name in methods for row in self.rows.get(name, ())])
+
     def at(self, method: str, reliable: Mapping[str, Any]) -> Row | None:
         """The measurement at the loosest setting that is as tight as a published one; None without it."""
         most = reliable["relative"] * self.system.time_scale if reliable["kind"] == "step" else reliable["value"]
@@ -112,8 +118,10 @@ def recommend_own(request: Request) -> None:
         best = measured.best(list(measured.rows))
         if best is None:
             least = measured.least_error(list(measured.rows))
+            hidden = measured.explain_hidden(list(measured.rows))
             text = "nothing was solved" if least is None else f"the least error is {least:.2g}"
-            problems.print(f"no method of the advice reaches an error of {error:g} here; {text}", highlight=False)
+            text = f"no method of the advice reaches an error of {error:g} here; {text}"
+            problems.print(f"an error of {error:g}: {hidden}" if hidden else text, highlight=False)
             raise typer.Exit(1)
         out.print(f"\nthe fastest of these here: {best}", highlight=False, markup=False)
 
@@ -198,10 +206,10 @@ def _answer(measured: Measured, row: Row, named: Sequence[str]) -> Iterator[str]
 
     title, best = libraries.title(row["library"]), measured.best(named)
     if best is None:
-        least = measured.least_error(named)
+        least, hidden = measured.least_error(named), measured.explain_hidden(named)
         reasons = "; ".join(dict.fromkeys(filter(None, map(measured.reason, named))))
         text = reasons if least is None else f"its least error here is {error_text(least)}"
-        yield f"\n{title}: {', '.join(named)} does not reach the error: {text}"
+        yield f"\n{title}: {', '.join(named)}{f': {hidden}' if hidden else f' does not reach the error: {text}'}"
     else:
         yield (
             f"\n{title}: {best.method}, {_setting(best)}: {time_text(best.seconds)} a solve,"

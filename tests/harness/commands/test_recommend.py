@@ -241,6 +241,19 @@ def test_it_says_whose_measurements_these_are(capfd: pytest.CaptureFixture[str])
     assert ", ".join(TABLE.head["suites"]) in text
 
 
+def test_one_library_has_its_own_share_outside_of_the_catalogue_and_several_have_that_of_all(
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    """The two differ, and side by side they would contradict each other."""
+    outside = TABLE.head["outside"]
+    of_all = next(one for one in outside["by_need"] if one["need"] == "long")
+    its_own = recommendations.outside_share(outside, "long", "scipy")
+    shares = [recommendations.percent_text(share) for share in (its_own, of_all)]
+    one, several = told(capfd, "long", "--library", "scipy"), told(capfd, "long")
+    assert [share in one for share in shares] == [True, False]
+    assert all(share in several for share in shares)
+
+
 def test_each_library_is_named_once_and_gnomon_last(capfd: pytest.CaptureFixture[str]) -> None:
     text = told(capfd, "accurate", "--error", "1e-6")
     titles = [*(LIBRARIES[name].title for name in PUBLISHED), "gnomon"]
