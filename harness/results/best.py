@@ -175,8 +175,10 @@ def explain_hidden(rows: Sequence[Mapping[str, Any]]) -> str:
     if row is None or not is_below_reference(row):
         return ""
     if row["floor"] >= 1:
-        return "it cannot be measured, because there is no reference at the end of the span; take a shorter span"
-    return f"it cannot be measured, because the reference may itself be wrong by {error_text(row['floor'])}"
+        return "no error can be measured, because there is no reference at the end of the span; take a shorter span"
+    return (
+        f"so small an error cannot be measured, because the reference may itself be wrong by {error_text(row['floor'])}"
+    )
 
 
 def bound_text(floor: float) -> str:

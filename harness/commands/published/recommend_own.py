@@ -233,12 +233,15 @@ def reliable_settings(row: Row) -> dict[str, Mapping[str, Any]]:
 
 def _reliable_text(measured: Measured, method: str, reliable: Mapping[str, Any], at: Row) -> str:
     """Whether the published setting holds here."""
+    from gnomon.harness.results.best import is_below_reference
     from gnomon.harness.results.number_text import error_text, time_text
 
     published = argument(reliable, measured.system.time_scale if reliable["kind"] == "step" else 1.0)
     if not _is_scored(at):
         return f"the published setting, {published} of {method}, does not hold here: {at['reason'] or at['status']}"
     error = _error(at)
+    if error > measured.error and is_below_reference(at):
+        return f"whether the published setting, {published} of {method}, holds here cannot be measured"
     holds = "holds here" if error <= measured.error else "does NOT hold here"
     cost = f", {time_text(at['seconds_median'])} a solve" if at["seconds_median"] else ""
     return f"the published setting, {published} of {method}, {holds}: error {error_text(error)}{cost}"

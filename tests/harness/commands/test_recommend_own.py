@@ -6,12 +6,14 @@ from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import own_motions
 import pytest
 from command_line import gnomon
+from gnomon.harness.commands.published import recommend_own
 from gnomon.harness.results.advice import recommendations
 from own_motions import Floats, linear_motion, solved
 
@@ -173,6 +175,21 @@ def test_without_a_method_that_reaches_the_error_the_exit_code_is_1(
     told = capfd.readouterr()
     assert "gnomon:Explicit Euler does not reach the error" in told.out
     assert re.search(r"no method of the advice reaches an error of 1e-09 here; the least error is \d", told.err)
+
+
+def test_where_the_reference_is_the_limit_no_method_is_blamed() -> None:
+    row = {
+        "integrator_id": "scipy:RK45", "setting": 1e-9, "setting_kind": "tolerance", "status": "ok", "error_max": 1e-8,
+        "floor": 1e-2, "launch": 1, "seconds_median": 1.0, "prepare_seconds": 0.0, "reason": None,
+    }  # fmt: skip
+    system: Any = SimpleNamespace(lines=str)
+    measured = recommend_own.Measured(system, 1e-6, {"scipy:RK45": [row]})
+    reliable = {"method": "scipy:RK45", "kind": "tolerance", "value": 1e-6, "name": "rtol"}
+    answer = {"library": "scipy", "methods": ["scipy:RK45"], "reliable": reliable}
+    first, second = recommend_own._answer(measured, answer, ["scipy:RK45"])
+    assert "so small an error cannot be measured" in first
+    assert "holds here cannot be measured" in second
+    assert "not reach" not in first
 
 
 @pytest.mark.parametrize(
