@@ -1,6 +1,6 @@
 """Writes the table of `gnomon recommend` from a run: the answers of `needs` at every error, with the forms of the methods.
 
-The first line of the table has the results of the trial on systems outside of the catalogue. Tolerances to rely on are
+The first line of the table has the results of the trial on systems outside of the catalogue. Recommended tolerances are
 multiplied by the margin of this trial.
 """
 

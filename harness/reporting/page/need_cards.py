@@ -20,7 +20,7 @@ NONE = "ran on no such system: it cannot state them, or was not asked to"
 def make_need_cards(libraries: Representatives, margin: float) -> list[dict[str, Any]]:
     """The needs with their answers in words; empty if the complete cases of the run carry no recommendation.
 
-    `margin`: the factor of the tolerances to rely on (see `Reliable`).
+    `margin`: the factor of the recommended tolerances (see `Reliable`).
     """
     all_ = needs(libraries.measured, margin=margin)
     present = {stand.name for stand in libraries.stands}
@@ -94,15 +94,15 @@ def _share(answer: Answer) -> str:
 
 
 def _settings(answer: Answer) -> list[str]:
-    """The setting to rely on of each method, and the setting of the median problem."""
+    """The recommended setting of each method, and the setting of the median problem."""
     if answer.setting is None:
         return []
     texts = []
     for each in answer.reliable:
         of = f" of {label(each.integrator)}" if len(answer.reliable) > 1 else ""
         on = "" if each.systems == each.of else f" on {each.systems} of {each.of}"
-        texts.append(f"to rely on: {_setting(each)}{of}{on} ({time_text(each.seconds)})")
-    return [*texts, f"often enough: {_setting(answer.setting)}"]
+        texts.append(f"recommended: {_setting(each)}{of}{on} ({time_text(each.seconds)})")
+    return [*texts, f"enough on half of the problems: {_setting(answer.setting)}"]
 
 
 def _setting(setting: Setting | Reliable) -> str:

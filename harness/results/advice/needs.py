@@ -6,7 +6,7 @@ library that the measurements show to be better: the best of several, chosen aft
 
 Variants of one case are one system, because they are not independent. A method reaches a system if it reaches all problems
 of the system on which it was tried. An answer has the share of systems that the method reaches, with its interval for any
-number of systems, the setting of the median problem, and a setting to rely on (`Reliable`).
+number of systems, the setting of the median problem, and a recommended setting (`Reliable`).
 """
 
 import math
@@ -102,7 +102,7 @@ class Setting:
 
 @dataclass(frozen=True)
 class Reliable:
-    """The setting of a method to rely on: it holds the error on as many systems as possible, with a margin.
+    """The recommended setting of a method: it holds the error on as many systems as possible, with a margin.
 
     A tolerance is the tightest one that a problem needs, times the margin, rounded down to a tolerance of the sweep. It is
     looser only if this tolerance was not measured, or if its round-off exceeds the error. A step is the smallest step that a
@@ -162,7 +162,7 @@ class Answer:
     tightest: float = math.nan
     """The range of the relative settings over the problems. `setting` and this range are of the method with most systems."""
     reliable: tuple[Reliable, ...] = ()
-    """A setting to rely on for each method, the method with most systems first."""
+    """A recommended setting for each method, the method with most systems first."""
     rests_on: Span | None = None
     """The systems that are reached, or, without one, the systems that were tried."""
     best_error: float = math.nan
@@ -529,7 +529,7 @@ def _answer(
 
 
 def _reliable(systems: Sequence[_System], error: float, margin: float) -> Reliable:
-    """The setting to rely on of one method, from the systems that it reaches."""
+    """The recommended setting of one method, from the systems that it reaches."""
     each = [series for system in systems for series in system.at]
     needed = sorted(series.setting.relative for series in each)
     wanted, grid = needed[0], needed

@@ -1,7 +1,7 @@
 """Judges recommendations on systems outside the catalogue: does its setting reach the error, does its order hold?
 
 The systems are drawn at random (`own_systems.drawn`) and measured by `own_systems.outside`. One half of them chooses the
-margin, the factor from the tightest setting of the catalogue to the one to rely on; the other half, which chose nothing,
+margin, the factor from the tightest setting of the catalogue to the recommended one; the other half, which chose nothing,
 gives the shares that are published. Systems are independent and pairs of a system and a library are not: an interval rests
 on the number of systems.
 """
@@ -139,7 +139,7 @@ def select_recommended(rows: Iterable[Row]) -> dict[tuple[str, float, str], Row]
 
 
 def reliable(answer: Row, method: str, factor: float = 1.0) -> float:
-    """The setting to rely on of a method of an answer, tightened by a further factor, which steps do not have.
+    """The recommended setting of a method of an answer, tightened by a further factor, which steps do not have.
 
     An answer names one for each of its methods; of one that it does not name, it is the first one's.
     """
@@ -156,7 +156,7 @@ def median(answer: Row) -> float:
 def try_settings(
     trials: Trials, answers: Mapping[tuple[str, float, str], Row], half: str, factor: float | None = 1.0
 ) -> list[Trial]:
-    """The trials of all libraries on the systems of a half, at the setting to rely on with the margin `factor`.
+    """The trials of all libraries on the systems of a half, at the recommended setting with the margin `factor`.
 
     If `factor` is None, at the setting of the median problem.
     """

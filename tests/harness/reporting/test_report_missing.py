@@ -198,10 +198,10 @@ def test_a_tolerance_to_rely_on_has_the_margin_of_the_trial_outside_of_the_catal
 
 
 def _reliable_tolerances(cards: Sequence[Any]) -> dict[tuple[str, str], float]:
-    """The tolerance to rely on of each card and library."""
+    """The recommended tolerance of each card and library."""
     found = {}
     for card in cards:
         for one in card["answers"]:
-            if match := re.search(r"to rely on: tolerance (\S+?)[ ,;)]", f"{one['on']};"):
+            if match := re.search(r"recommended: tolerance (\S+?)[ ,;)]", f"{one['on']};"):
                 found[card["key"], one["library"]] = float(match[1])
     return found
