@@ -165,7 +165,9 @@ class OwnSystem(Case):
                 f"rounding the start to double precision changes all digits by t = {clock.time(self.moments[lost[0]]):.4g}"
             ]
         if self.lost_after is not None:
-            sentences.append(f"after t = {self.lost_after:.4g} rounding leaves no digit to a method in double precision")
+            sentences.append(
+                f"after t = {self.lost_after:.4g} rounding leaves no digit to a method in double precision"
+            )
         return sentences
 
 

@@ -188,7 +188,8 @@ def bound_text(floor: float) -> str:
 
 def is_below_reference(row: Mapping[str, Any]) -> bool:
     """Whether the error of a row is below the bound of the error of its reference, by more than rounding."""
-    return row["error_max"] is not None and row["error_max"] < (row["floor"] or 0.0) and row["floor"] > ROUNDING
+    floor = row["floor"] or 0.0
+    return row["error_max"] is not None and bool(row["error_max"] < floor and floor > ROUNDING)
 
 
 def _equally_fast(rows: Sequence[Mapping[str, Any]], ways: Sequence[Way]) -> Iterator[str]:
