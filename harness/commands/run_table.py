@@ -43,12 +43,11 @@ def run_table(rows: Sequence[Row], error: float | None = None) -> Table:
         *problem, _, name = key
         lines.setdefault((name, "" if many else problem_name(*problem)), []).append(key)
     problems = {where for _, where in lines}
-    alone = escape(*problems) if len(problems) == 1 and not many else None
+    alone = escape(problems.pop()) if len(problems) == 1 and not many else None
     times = {} if error is None else {way.timed.integrator_id: way.cost.each for way in find_ways(rows, error)}
     table = Table(box=SIMPLE_HEAD, padding=(0, 1), title=alone, title_justify="left")
     table.caption, table.caption_justify = None if error is None else NOTE.format(error), "left"
-    heads = ("integrator", *(() if alone else ("series" if many else "case",)))
-    for head in heads:
+    for head in ("integrator", *([] if alone else ["series" if many else "case"])):
         table.add_column(head, no_wrap=True)
     middle = (*(() if error is None else (f"time to {error:g}",)), "least error", *(("order",) if orders else ()))
     for head in (*middle, "its time", "preparation"):
@@ -61,8 +60,9 @@ def run_table(rows: Sequence[Row], error: float | None = None) -> Table:
         least, order, *rest = _numbers(own, [orders[key] for key in keys if key in orders])
         cells = [] if error is None else [time_text(times[name]) if name in times else "–"]
         cells += [least, *([order] if orders else []), *rest]
-        problem = () if alone else (escape(where or str(len(keys))),)
-        table.add_row(escape(name), *problem, *cells, *_words([row for group in own for row in group]))
+        if not alone:
+            cells = [escape(where or str(len(keys))), *cells]
+        table.add_row(escape(name), *cells, *_words([row for group in own for row in group]))
     return table
 
 
