@@ -128,13 +128,13 @@ def test_a_named_case_is_what_it_names_and_a_suite_adds_what_it_has(
 ) -> None:
     """A user who names one case and one integrator waits for seconds, not for ten variants in every formulation."""
     planned: list[plan.Series] = []
-    pairs = plan.pairs
+    list_series = plan.list_series
 
     def spy(*given: Any, **named: Any) -> list[plan.Series]:
-        planned.extend(pairs(*given, **named))
+        planned.extend(list_series(*given, **named))
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(plan, "pairs", spy)
+    monkeypatch.setattr(plan, "list_series", spy)
     asked = ["run", *words.split(), "--integrator", "gnomon:DOP853", "--out", str(tmp_path / "a.sqlite")]
     assert gnomon(*asked) == 130
     assert {one.variant for one in planned} == variants
