@@ -72,12 +72,12 @@ class Best:
         bound = "below " if self.below_reference else ""
         text = (
             f"{self.method} at {name}={self.setting:.4g}: error {bound}{error_text(self.error)}, {time_text(self.seconds)} a"
-            f" solve after {time_text(self.prepare_seconds)} of preparation; with its preparation "
+            f" solve after {time_text(self.prepare_seconds)} of preparation; "
         )
         text += (
-            f"faster than {self.rival} from {self.break_even} solves on"
+            f"with its preparation faster than {self.rival} from {self.break_even} solves on"
             if self.rival
-            else "the fastest from one solve on"
+            else "the fastest for a single solve too, preparation included"
         )
         text += (
             f"\nnot clearly slower (factor, 95 % interval): {', '.join(self.equally_fast)}" if self.equally_fast else ""
