@@ -6,7 +6,7 @@ from typing import Any
 
 from gnomon.harness.reporting import sidecars, tables
 from gnomon.harness.results import number_text
-from gnomon.harness.results.separation import SLOWER, Compared, compare_ratios, discoveries, state
+from gnomon.harness.results.time_ratios import SLOWER, Compared, compare_ratios, discoveries, state
 from gnomon.harness.studies.growth import name_law, possible
 from gnomon.harness.studies.orders import BINARY64, WITHIN
 

@@ -20,7 +20,7 @@ from gnomon.harness.reporting import style, tables
 from gnomon.harness.results import analysis, families, rankings, store, summary
 from gnomon.harness.results.advice import needs
 from gnomon.harness.results.outstanding import Outstanding, outstanding
-from gnomon.harness.results.separation import Scatter
+from gnomon.harness.results.time_ratios import Scatter
 from gnomon.harness.running.plan import NEAR_DUPLICATE
 from gnomon.harness.studies import constraint_errors, horizon, model_hierarchy
 from gnomon.harness.studies.drift import rebuild_case

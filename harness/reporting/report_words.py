@@ -38,7 +38,7 @@ from gnomon.harness.results.break_even import break_even
 from gnomon.harness.results.contenders import ALONE, OWN, THIRD, UNDECIDED, YOURS
 from gnomon.harness.results.equal_error import TARGETS
 from gnomon.harness.results.profiles import OURS
-from gnomon.harness.results.separation import FASTEST, OPEN
+from gnomon.harness.results.time_ratios import FASTEST, OPEN
 from gnomon.harness.running.call_cost import PYTHON_CALL
 from gnomon.harness.studies.drift import laws
 

@@ -23,7 +23,7 @@ from gnomon.harness.results.number_text import (
     short_text,
     time_text,
 )
-from gnomon.harness.results.separation import SLOWER
+from gnomon.harness.results.time_ratios import SLOWER
 
 WIDE = 0.5
 """An interval of a power of time that is wider has one decimal."""

@@ -11,7 +11,7 @@ from gnomon.harness.contract.status import SCORED, Status
 from gnomon.harness.results.contenders import OWN, list_launched, scatters
 from gnomon.harness.results.equal_error import credit_errors
 from gnomon.harness.results.number_text import error_text, short_text, time_text
-from gnomon.harness.results.separation import SLOWER, Launch, Timed, compare, states
+from gnomon.harness.results.time_ratios import SLOWER, Launch, Timed, compare, states
 
 ROUNDING = 1e-15
 """Bounds of references below this are rounding to binary64."""

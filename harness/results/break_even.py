@@ -10,7 +10,7 @@ from gnomon.harness.results.best import Cost
 from gnomon.harness.results.contenders import THIRD, division
 from gnomon.harness.results.equal_error import TARGETS
 from gnomon.harness.results.rankings import FEWEST
-from gnomon.harness.results.separation import EQUAL_WITHIN
+from gnomon.harness.results.time_ratios import EQUAL_WITHIN
 
 SOLVES = (1, 1000, 1_000_000)
 """The numbers of solves whose cost is computed."""

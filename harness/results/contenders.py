@@ -13,7 +13,8 @@ from gnomon.harness.adapters.libraries import LIBRARIES
 from gnomon.harness.contract.status import SCORED, Status
 from gnomon.harness.results.equal_error import find_reached, has_waited, without_waits
 from gnomon.harness.results.schema import TIMING_SPAN
-from gnomon.harness.results.separation import (
+from gnomon.harness.results.summary import tidy
+from gnomon.harness.results.time_ratios import (
     NEAR,
     OPEN,
     SLOWER,
@@ -25,7 +26,6 @@ from gnomon.harness.results.separation import (
     scatter_of,
     states,
 )
-from gnomon.harness.results.summary import tidy
 
 OURS = "gnomon"
 ANSWERED, UNDECIDED, ALONE = "answered", "open", "alone"
@@ -54,7 +54,7 @@ class Time(NamedTuple):
 
     @property
     def timed(self) -> Timed:
-        """The times for `separation`."""
+        """The times for `time_ratios`."""
         return Timed(self.integrator_id, self.times)
 
 

@@ -17,7 +17,7 @@ class Reached(NamedTuple):
 
     `seconds`: the geometric mean over launches of the time of a whole call; `low` and `high`: its range. `null_share`: the
     share of the null call in it, nan without a measurement. `times`: the seconds by (run, launch). A run interleaves its
-    launches, so that times of equal keys share an effect (see `separation`). `at_loosest`: whether the loosest setting
+    launches, so that times of equal keys share an effect (see `time_ratios`). `at_loosest`: whether the loosest setting
     reaches the target, so that the time is an upper bound. `calls`: evaluations of the equations at the target, nan if
     they were not counted. `settings`: the settings from whose times the time is computed.
     """

@@ -21,7 +21,7 @@ from gnomon.harness.results.contenders import (
     scatters,
 )
 from gnomon.harness.results.reading import MORE_SCATTER
-from gnomon.harness.results.separation import (
+from gnomon.harness.results.time_ratios import (
     EQUAL,
     FASTEST,
     NEAR,
@@ -53,7 +53,7 @@ def rank_methods(equal: pd.DataFrame, scatter: Scatter) -> pd.DataFrame:
     """The rows with the columns `ratio`, `low`, `high`, `state` and `cell`.
 
     `ratio`: the time over the least of the cell, between `low` and `high` with 95 % confidence, which the choice of the
-    fastest widens. `state`: "fastest", "slower", "equal" or "open", see `separation`. `cell`: its kind.
+    fastest widens. `state`: "fastest", "slower", "equal" or "open", see `time_ratios`. `cell`: its kind.
     """
     table = equal.reset_index(drop=True)
     places = [at.tolist() for at in table.groupby([*PROBLEM, "target"]).indices.values()]

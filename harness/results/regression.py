@@ -16,7 +16,7 @@ from gnomon.harness.contract.status import CANNOT_RUN, SCORED, STOPPED, Status, 
 from gnomon.harness.results.contenders import list_launched
 from gnomon.harness.results.convergence_order import FEWEST, LARGEST_ERROR, fit_slope
 from gnomon.harness.results.equal_error import geometric_mean
-from gnomon.harness.results.separation import (
+from gnomon.harness.results.time_ratios import (
     EQUAL_WITHIN,
     SLOWER,
     Compared,
@@ -26,7 +26,7 @@ from gnomon.harness.results.separation import (
     scatter_of,
     state,
 )
-from gnomon.harness.results.separation import compare as compare_times
+from gnomon.harness.results.time_ratios import compare as compare_times
 
 SERIES = ["case", "variant", "formulation", "integrator_id"]
 _name = itemgetter(*SERIES)
@@ -130,7 +130,7 @@ class Change:
 class TimeChange(Change):
     """A change of a time: its ratio lies between `low` and `high` with 95 % confidence; nan without times on one machine.
 
-    `state` is one of `separation.states`: "slower" of the run or, with a ratio below 1, of the base.
+    `state` is one of `time_ratios.states`: "slower" of the run or, with a ratio below 1, of the base.
     """
 
     low: float = math.nan

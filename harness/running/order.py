@@ -1,6 +1,6 @@
 """The order of a run: some cases of each kind of system first, with all integrators, so that complete slices exist early.
 
-Ranks rest on the scatter between launches (see `gnomon.harness.results.separation`). To measure it, one setting of some series
+Ranks rest on the scatter between launches (see `gnomon.harness.results.time_ratios`). To measure it, one setting of some series
 of each library is launched several times, in blocks that are spread over the run. Launches of a setting are then as far apart
 as launches of the methods that are compared, and never back to back. Each block has all libraries, so that an effect on all
 launches of the same time can be separated from the scatter.

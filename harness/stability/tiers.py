@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 from gnomon.harness.contract.integrator import Floats
-from gnomon.harness.results.separation import above
+from gnomon.harness.results.time_ratios import above
 from gnomon.harness.stability.digits import bounds, find_levelled
 
 LEVEL = 0.02

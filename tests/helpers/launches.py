@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 from gnomon.harness.results.rankings import rank_methods
-from gnomon.harness.results.separation import Scatter, Timed, compare, scatter_of, states
+from gnomon.harness.results.time_ratios import Scatter, Timed, compare, scatter_of, states
 
 SCATTER = 0.03
 """Standard deviation of the logarithm of a time between launches on a quiet machine."""

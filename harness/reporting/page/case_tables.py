@@ -16,7 +16,7 @@ from gnomon.harness.results.contenders import ALONE, ANSWERED, OWN, THIRD, YOURS
 from gnomon.harness.results.equal_error import TARGETS
 from gnomon.harness.results.number_text import ratio_text, time_text
 from gnomon.harness.results.profiles import OURS
-from gnomon.harness.results.separation import EQUAL, FASTEST, OPEN
+from gnomon.harness.results.time_ratios import EQUAL, FASTEST, OPEN
 from markupsafe import escape
 
 HEADS = {

@@ -18,7 +18,7 @@ from gnomon.harness.results.advice.needs import Measurements
 from gnomon.harness.results.analysis import NEVER_RAN, own, records
 from gnomon.harness.results.contenders import OWN, THIRD, YOURS
 from gnomon.harness.results.profiles import OURS
-from gnomon.harness.results.separation import EQUAL, FASTEST
+from gnomon.harness.results.time_ratios import EQUAL, FASTEST
 
 NAMED = 7
 """The largest number of integrators in one picture: as many as there are colours that can be told apart."""

@@ -23,7 +23,7 @@ from gnomon.harness.results.number_text import (
 )
 from gnomon.harness.results.profiles import OURS
 from gnomon.harness.results.rankings import CONDITIONED, FEWEST, SOLVED
-from gnomon.harness.results.separation import EQUAL, EQUAL_WITHIN, FASTEST, OPEN, SLOWER
+from gnomon.harness.results.time_ratios import EQUAL, EQUAL_WITHIN, FASTEST, OPEN, SLOWER
 
 MIDDLE = 1e-6
 """The error at which the answer gives a time."""

@@ -24,7 +24,7 @@ from gnomon.harness.results import analysis
 from gnomon.harness.results.contenders import ALONE, OWN
 from gnomon.harness.results.equal_error import TARGETS
 from gnomon.harness.results.number_text import count_text, order_text, power_text, short_text
-from gnomon.harness.results.separation import EQUAL, EQUAL_WITHIN, FASTEST, OPEN, SLOWER
+from gnomon.harness.results.time_ratios import EQUAL, EQUAL_WITHIN, FASTEST, OPEN, SLOWER
 from gnomon.harness.studies.drift import CLEAR
 
 MOST_ROWS = 140

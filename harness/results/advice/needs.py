@@ -31,7 +31,7 @@ from gnomon.harness.registry.families import exact_reason
 from gnomon.harness.results.analysis import NEVER_RAN, SERIES, records, settings
 from gnomon.harness.results.equal_error import credit_errors, crossing
 from gnomon.harness.results.profiles import OURS
-from gnomon.harness.results.separation import discoveries, run_paired_test, signs, wilson
+from gnomon.harness.results.time_ratios import discoveries, run_paired_test, signs, wilson
 
 THIRD, OWN, YOURS = "third-party", "gnomon", "yours"
 """Divisions: libraries that gnomon drives, its own methods, and integrators that a user gave to the run."""

@@ -19,8 +19,8 @@ from gnomon.harness.contract.status import SCORED, Status
 from gnomon.harness.registry import representatives
 from gnomon.harness.results import analysis, contenders, reading
 from gnomon.harness.results.advice.needs import SUBJECTS, UNKNOWN, Measurements, kind_of
-from gnomon.harness.results.separation import EQUAL_WITHIN, discoveries, run_paired_test, wilson
 from gnomon.harness.results.summary import tidy
+from gnomon.harness.results.time_ratios import EQUAL_WITHIN, discoveries, run_paired_test, wilson
 
 from gnomon import cases
 

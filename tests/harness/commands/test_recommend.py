@@ -24,7 +24,7 @@ from gnomon.harness.results.advice import needs, recommendations
 from gnomon.harness.results.advice.code_lines import argument, choose_system
 from gnomon.harness.results.equal_error import TARGETS
 from gnomon.harness.results.outstanding import outstanding
-from gnomon.harness.results.separation import wilson
+from gnomon.harness.results.time_ratios import wilson
 from gnomon.harness.running import rounds
 from gnomon.harness.running.recommending import write_table
 from on_cases import solved

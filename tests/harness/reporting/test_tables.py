@@ -10,9 +10,9 @@ from gnomon.harness.reporting import tables
 from gnomon.harness.results import number_text
 from gnomon.harness.results.contenders import ALONE, ANSWERED, division
 from gnomon.harness.results.equal_error import TARGETS
-from gnomon.harness.results.separation import EQUAL as SAME
-from gnomon.harness.results.separation import FASTEST, SLOWER
 from gnomon.harness.results.summary import count_waits
+from gnomon.harness.results.time_ratios import EQUAL as SAME
+from gnomon.harness.results.time_ratios import FASTEST, SLOWER
 
 
 @pytest.mark.parametrize(

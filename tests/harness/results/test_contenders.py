@@ -6,7 +6,7 @@ import pytest
 import synthetic
 from gnomon.harness.results import analysis, contenders, rankings, reading, store
 from gnomon.harness.results.contenders import MOST_LAUNCHES, OWN, THIRD, UNDECIDED, Time
-from gnomon.harness.results.separation import UNMEASURED
+from gnomon.harness.results.time_ratios import UNMEASURED
 
 SCATTERS = dict.fromkeys((THIRD, OWN, contenders.YOURS), UNMEASURED)
 

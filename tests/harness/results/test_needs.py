@@ -14,7 +14,7 @@ from gnomon.harness.registry import lookup, selection
 from gnomon.harness.results import analysis, rankings
 from gnomon.harness.results.advice import needs
 from gnomon.harness.results.advice.needs import SUBJECTS, Answer, Measurements
-from gnomon.harness.results.separation import UNMEASURED
+from gnomon.harness.results.time_ratios import UNMEASURED
 
 from gnomon import cases
 

@@ -14,7 +14,7 @@ from gnomon.harness.results import analysis, contenders, rankings, store
 from gnomon.harness.results.contenders import ALONE, ANSWERED, UNDECIDED
 from gnomon.harness.results.equal_error import find_reached
 from gnomon.harness.results.rankings import find_solved, rank_methods
-from gnomon.harness.results.separation import EQUAL, FASTEST, OPEN, SLOWER, UNMEASURED
+from gnomon.harness.results.time_ratios import EQUAL, FASTEST, OPEN, SLOWER, UNMEASURED
 from launches import KNOWN, SCATTER
 
 TARGETS = (1e-3, 1e-6, 1e-9)

@@ -26,7 +26,7 @@ from gnomon.harness.reporting.page import first_screen
 from gnomon.harness.reporting.report_charts import work_problems
 from gnomon.harness.reporting.report_run import Run
 from gnomon.harness.reporting.report_words import page_words
-from gnomon.harness.results.separation import Scatter
+from gnomon.harness.results.time_ratios import Scatter
 from scipy import stats
 
 THIRD = {"scipy": "SciPy", "rebound": "REBOUND", "heyoka": "heyoka", "sksundae": "SUNDIALS"}

@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 import pytest
-from gnomon.harness.results import separation
-from gnomon.harness.results.separation import (
+from gnomon.harness.results import time_ratios
+from gnomon.harness.results.time_ratios import (
     EQUAL,
     FASTEST,
     OPEN,
@@ -74,7 +74,7 @@ def test_identical_methods_become_equal_with_launches() -> None:
 def test_without_the_correction_the_fastest_of_ten_is_claimed_too_often(monkeypatch: pytest.MonkeyPatch) -> None:
     """The least of ten times is least by chance: as if it had been named before, intervals miss more often than they say."""
     rng = np.random.default_rng(8)
-    monkeypatch.setattr(separation, "STRICT", 9.0)  # no other method then counts as one that could be the fastest
+    monkeypatch.setattr(time_ratios, "STRICT", 9.0)  # no other method then counts as one that could be the fastest
     assert np.mean([page(rng, World(), [1.0] * 10, 1).covered for _ in range(PAGES)]) < 0.93
 
 
@@ -210,7 +210,7 @@ def test_p_values_are_those_of_scipy(seed: int) -> None:
         binomtest(first, max(first + second, 1)).pvalue if first + second else 1
     )
     p = rng.uniform(0, 1, 50) ** 4
-    np.testing.assert_array_equal(discoveries(p), false_discovery_control(p) <= separation.RATE)
+    np.testing.assert_array_equal(discoveries(p), false_discovery_control(p) <= time_ratios.RATE)
 
 
 def test_nothing_measured_separates_nothing() -> None:
