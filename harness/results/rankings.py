@@ -161,7 +161,7 @@ def _compare_counts(table: pd.DataFrame) -> list[tuple[float, float, float, str]
 
 
 def _within(rows: pd.DataFrame, error: float) -> pd.Series:
-    """Whether settings have at most this error, or CONDITIONED times a larger conditioning."""
+    """Whether a setting is ok and has at most this error, or CONDITIONED times the conditioning if that is larger."""
     enough = np.maximum(error, CONDITIONED * rows["conditioning"].fillna(0.0))
     return (rows["status"] == Status.OK) & (rows["error_max"] <= enough)
 

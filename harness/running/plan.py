@@ -232,7 +232,10 @@ class Suite:
         return self.limits.minutes_with_peers if "peers" in extras else self.limits.minutes
 
     def limit(self, case: Case, integrator: Integrator) -> float:
-        """The time limit of one trial of a case (s); longer for engines, and if a span is longer than 1000 time scales."""
+        """The time limit of one trial of a case (s).
+
+        A variant has its own, longer if its span is above 1000 time scales; a trial of an engine has a longer one.
+        """
         seconds = self.limits.limit_seconds
         if case.variant is not None:
             length = float(case.span) / case.time_scale / LONG

@@ -515,7 +515,7 @@ def _stack(rows: Sequence[Any], name: str, path: Path) -> Floats:
         return np.array(rows, dtype=np.float64)
     except (TypeError, ValueError):
         raise ValueError(
-            f"{path}: {shorten(name)} has rows of different lengths; write as many numbers in each"
+            f"{path}: {shorten(name)} has rows of different lengths, or with other values than numbers; write as many numbers in each"
         ) from None
 
 

@@ -91,9 +91,9 @@ def _ask(side: ProgramProcess, other: Other, **request: Any) -> dict[str, Any]:
 def _launch(sides: Sequence[ProgramProcess], other: Other, **request: Any) -> dict[str, Any]:
     """Time both sides in turn, A B B A.
 
-    Returns pairs (present, other) by name: `seconds`, the least time of a call; `null`, the least time of a null call
-    (`measuring.null_call`); `error`; and `named`, the setting. Other processes can only add to a time. If a side has no
-    time, the only entry is the reason, `declined`.
+    Returns `named`, the setting, and pairs (present, other): `seconds`, the least time of a call; `null`, the least time of
+    a null call (`measuring.null_call`); `error`. Other processes can only add to a time. If a side has no time, the only
+    entry is the reason, `declined`.
     """
     turns: tuple[list[dict[str, Any]], list[dict[str, Any]]] = ([], [])
     for side in islice(cycle((0, 1, 1, 0)), 4 * ROUNDS):

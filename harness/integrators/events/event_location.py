@@ -9,7 +9,7 @@ from gnomon.harness.integrators.base.stepping import call
 MOST_TRIALS = 30
 DEEP = 0.5
 """For a guard that falls and rises again within a step: the largest number of evaluations in search of its minimum. The
-search goes on only while interpolation predicts a minimum below DEEP times the values at the ends."""
+search goes on only while interpolation predicts a minimum below DEEP times the smaller value at the ends."""
 
 ERROR_5, ERROR_3 = 16, 17
 """Rows of the table of DOP853 with the weights of its error estimates."""
@@ -131,7 +131,8 @@ def dip(s: EventData, guard: int, mode: int, t: float, h: float, before: float, 
     """A step length in (0, h) at which a guard that is positive at both ends is not positive; 0 if there is none.
 
     A guard that falls at the start of a step and rises at its end has a minimum in between, which cubic interpolation
-    brackets. Steps are evaluated only while the cubic falls below DEEP times its values at the ends.
+    brackets. Steps are evaluated only while the cubic falls below DEEP times the smaller value at the ends, and until a
+    value is within a tenth of the one predicted.
     """
     there, slope = s.there, s.slope
     low, low_value, low_slope = 0.0, before, guard_slope(s, guard, t, h, s.y, before, s.k[0], there)

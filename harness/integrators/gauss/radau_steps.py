@@ -338,7 +338,8 @@ def newton(s: RadauData, t: Any, h: Any, tolerance: Any) -> int:
     """Simplified Newton iteration for the stages z, from their first values.
 
     Returns the number of iterations, 0 if it failed. The rate at which changes shrink gives an estimate of the
-    remaining error. The iteration ends when this is below `enough` of the tolerance: 3 %, or round-off.
+    remaining error. The iteration ends when this is below `enough` of the tolerance: 3 %, the root of the tolerance if this
+    is less, or round-off if this is more. `s.error` holds the state of a stage meanwhile.
     """
     table, y, z, w, slopes, right, pair, weight = s.table, s.y, s.z, s.w, s.slopes, s.right, s.pair, s.weight
     n = DIMENSION or y.size

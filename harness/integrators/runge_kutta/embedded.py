@@ -1,4 +1,7 @@
-"""Embedded explicit Runge-Kutta pairs for y' = f(t, y): a method is its tableau. Step sizes: `base/step_control.py`."""
+"""Embedded explicit Runge-Kutta pairs for y' = f(t, y): a method is its tableau.
+
+Step sizes: `base/step_control.py`. Numbers as II.6.20: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I.
+"""
 
 from math import sqrt
 from typing import ClassVar
