@@ -317,7 +317,7 @@ def test_the_id_of_one_that_comes_with_gnomon_is_refused(
 
 def keys(integrator: Any) -> set[str]:
     ((case, label),) = selection.choose([CASE], False)
-    (series,) = plan.pairs([(case, label)], [integrator], formulations=False)
+    (series,) = plan.list_series([(case, label)], [integrator], formulations=False)
     return {trial.key for trial in series.trials(problem_of(case, integrator.accepts))}
 
 

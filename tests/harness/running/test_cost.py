@@ -15,7 +15,7 @@ SUITE = plan.suite("quick")
 
 @pytest.fixture(scope="module")
 def series() -> list[plan.Series]:
-    return plan.pairs(selection.choose(SUITE.scope.cases, False), lookup.find_all(()))
+    return plan.list_series(selection.choose(SUITE.scope.cases, False), lookup.find_all(()))
 
 
 @given(st.lists(st.floats(1e-3, 30.0), min_size=1, max_size=60), st.integers(1, 12))

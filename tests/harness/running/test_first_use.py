@@ -79,7 +79,7 @@ def test_the_case_of_an_integrator_is_one_that_it_takes(integrator: str, monkeyp
     (found,) = lookup.find(integrator)
     if (reason := lookup.missing(found)) is not None:
         pytest.skip(reason)
-    series = [one for one in plan.pairs(selection.choose(plan.FOUNDATION, True), [found]) if one.left_out is None]
+    series = [one for one in plan.list_series(selection.choose(plan.FOUNDATION, True), [found]) if one.left_out is None]
     wanted = [one for one in series if plan.wants_first_use(one, SUITE, 1)]
     assert len(wanted) == 1
     assert wanted[0].case.variant is None

@@ -93,7 +93,7 @@ def test_an_equal_command_begins_no_round_unless_the_user_asks(case_run: Any, mo
 def test_cases_of_each_kind_come_first_and_hard_variants_last() -> None:
     """A page of an unfinished run has then cases of each kind on which everything ran."""
     one = lookup.find_all(["gnomon:RK4", "scipy:DOP853", "gnomon:RKMK 4", "gnomon:RK4 [events]", "rebound:IAS15"])
-    found = plan.pairs(selection.choose(STANDARD.names(), False), one)
+    found = plan.list_series(selection.choose(STANDARD.names(), False), one)
     places = order.places(found)
     ordered = sorted((series for series in found if series.left_out is None), key=lambda series: places[series.id])
     own = [series.case for series in ordered if series.case.variant is None]
@@ -107,7 +107,7 @@ def test_cases_of_each_kind_come_first_and_hard_variants_last() -> None:
 
 def test_a_problem_is_complete_once_everything_planned_on_it_was_measured(tmp_path: Path) -> None:
     chosen = selection.choose(["harmonic_oscillator", "projectile_parabola/vertical"], False)
-    found = plan.pairs(chosen, lookup.find_all(["gnomon:RK4", "scipy:DOP853"]))
+    found = plan.list_series(chosen, lookup.find_all(["gnomon:RK4", "scipy:DOP853"]))
     path = tmp_path / "results.sqlite"
     with Store(path) as file:
         run = file.begin_run("standard", "", {})

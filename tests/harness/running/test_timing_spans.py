@@ -48,7 +48,7 @@ def test_both_spans_have_the_same_launches_and_near_duplicates_have_none() -> No
     methods = lookup.own().values()
     primary, duplicate = (next(m for m in methods if m.primary is wanted and m.order == 4) for wanted in (True, False))
     chosen = plan.with_timing_spans(selection.choose(["kepler_orbit"], False), FOUNDATION)
-    series = plan.pairs(chosen, [primary, duplicate], near_duplicates=False)
+    series = plan.list_series(chosen, [primary, duplicate], near_duplicates=False)
     longer = [one for one in series if one.over_timing_span]
     own = [one for one in series if not one.over_timing_span]
     assert {one.formulation for one in longer} == {None} < {one.formulation for one in own}
@@ -56,7 +56,7 @@ def test_both_spans_have_the_same_launches_and_near_duplicates_have_none() -> No
         FOUNDATION.timing.launches
     }
     assert [one.left_out for one in longer if one.integrator is duplicate] == [plan.NEAR_DUPLICATE]
-    named = plan.pairs(chosen, [duplicate], formulations=False)
+    named = plan.list_series(chosen, [duplicate], formulations=False)
     assert all(one.left_out is None for one in named if one.over_timing_span), "unless it is named"
 
 
